@@ -1,0 +1,48 @@
+//! `charcloth export`: frames of a run as files for other programs.
+
+use super::{Outcome, Run};
+use crate::frames::Frames;
+use crate::interrupt;
+use anyhow::Context;
+use charcloth_io::cache::CacheReader;
+use charcloth_io::exporters::{EXPORTERS, export};
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use indicatif::ProgressBar;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// What to write, and where to.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Folder of a run
+    cache: PathBuf,
+    /// Format; `charcloth list formats` says what each carries
+    #[arg(long, value_name = "FORMAT", value_parser = PossibleValuesParser::new(EXPORTERS.iter().map(|row| row.name)))]
+    format: String,
+    /// First and last frame [default: all]
+    #[arg(long, value_name = "A..B")]
+    frames: Option<Frames>,
+    /// Folder to write into [default: a folder named as the format in that of the run]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+impl Run for Arguments {
+    fn run(self) -> anyhow::Result<Outcome> {
+        let cache = CacheReader::open(&self.cache)?;
+        let folder = self.output.unwrap_or_else(|| cache.folder().with_file_name(&self.format));
+        interrupt::watch()?;
+        let bar = ProgressBar::new(0);
+        let mut progress = |now: charcloth_io::exporters::Progress<'_>| {
+            bar.set_length(now.total as u64);
+            bar.set_position(now.done as u64);
+            if interrupt::asked_to_stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let written = export(&cache, &self.format, self.frames.map(Frames::range), &folder, &mut progress)?;
+        bar.finish_and_clear();
+        let first = written.first().context("nothing was written")?;
+        println!("{} files from {}", written.len(), first.display());
+        Ok(Outcome::Fine)
+    }
+}

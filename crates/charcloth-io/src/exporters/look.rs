@@ -1,0 +1,22 @@
+//! The colour that a node of paper shows where a program has nothing but a colour to show.
+
+/// Paper that nothing has happened to, sRGB.
+const PAPER: [f64; 3] = [244.0, 240.0, 228.0];
+/// Scorched paper, sRGB.
+const SCORCHED: [f64; 3] = [112.0, 66.0, 30.0];
+/// Char, sRGB.
+const CHAR: [f64; 3] = [18.0, 16.0, 15.0];
+/// Peak temperatures [K] between which paper turns from white to brown. tuned: paper yellows from about 150 degrees
+/// Celsius and is brown before it takes fire at about 230.
+const SCORCH: [f64; 2] = [420.0, 540.0];
+
+/// Colour of a node, sRGB 0 to 255: white paper, brown by the highest temperature [K] it has seen, black by the
+/// fraction of its fuel that is gone.
+pub fn display_color(peak_temperature: f64, burnt: f64) -> [u8; 3] {
+    let scorched = ((peak_temperature - SCORCH[0]) / (SCORCH[1] - SCORCH[0])).clamp(0.0, 1.0);
+    let burnt = burnt.clamp(0.0, 1.0);
+    std::array::from_fn(|k| {
+        let paper = PAPER[k] + (SCORCHED[k] - PAPER[k]) * scorched;
+        (paper + (CHAR[k] - paper) * burnt).round() as u8
+    })
+}

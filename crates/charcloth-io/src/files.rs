@@ -1,0 +1,72 @@
+//! Files that are there whole or not at all: written under a temporary name next to the target, then renamed.
+
+use crate::error::IoError;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Ending of files that are still being written; nothing reads them, and a later run removes what a crash left.
+pub(crate) const PARTIAL: &str = ".partial";
+
+/// Whether the bytes must be on the disk, not only with the system, before the file gets its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Durability {
+    /// Survives a crash of this program.
+    Process,
+    /// Survives a crash of the machine.
+    Machine,
+}
+
+/// Writes a file whole or not at all; what was there before stays until the new one is complete.
+pub(crate) fn write_whole(
+    path: &Path,
+    durability: Durability,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), IoError> {
+    let partial = partial_name(path);
+    let attempt = || -> io::Result<()> {
+        let mut writer = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
+        write(&mut writer)?;
+        writer.flush()?;
+        if durability == Durability::Machine {
+            writer.get_ref().sync_all()?;
+        }
+        drop(writer);
+        fs::rename(&partial, path)?;
+        if durability == Durability::Machine {
+            sync_folder(path);
+        }
+        Ok(())
+    };
+    attempt().map_err(|error| {
+        // The error to report is the first one; whether the leftover can be removed does not matter.
+        let _ = fs::remove_file(&partial);
+        IoError::system("write", path, &error)
+    })
+}
+
+/// Name under which a file is written before it is complete.
+fn partial_name(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(PARTIAL);
+    path.with_file_name(name)
+}
+
+/// Makes a rename last. Some systems cannot open folders; there the rename is as durable as it gets.
+fn sync_folder(path: &Path) {
+    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty())
+        && let Ok(handle) = File::open(folder)
+    {
+        let _ = handle.sync_all();
+    }
+}
+
+/// Reads a whole file.
+pub(crate) fn read_whole(path: &Path) -> Result<Vec<u8>, IoError> {
+    fs::read(path).map_err(|error| IoError::system("read", path, &error))
+}
+
+/// Creates a folder and those above it.
+pub(crate) fn create_folder(path: &Path) -> Result<(), IoError> {
+    fs::create_dir_all(path).map_err(|error| IoError::system("create", path, &error))
+}

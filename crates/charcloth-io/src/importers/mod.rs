@@ -1,0 +1,72 @@
+//! Mesh files in, surfaces out. One file a format; what all formats need is put right in one place afterwards.
+
+mod clean;
+mod gltf;
+mod gltf_document;
+mod obj;
+mod orientation;
+mod ply;
+mod polygons;
+mod raw;
+mod stl;
+
+pub use raw::RawMesh;
+
+use crate::error::IoError;
+use charcloth::mesh::SurfaceMesh;
+use charcloth::registry::Entry;
+use charcloth::scene::LengthUnit;
+use std::path::Path;
+
+/// A mesh format that can be read.
+#[derive(Debug)]
+pub struct Importer {
+    /// File name endings, in small letters, without the dot.
+    pub extensions: &'static [&'static str],
+    /// Reads the faces of a file as they stand in it.
+    pub read: fn(&Path) -> Result<RawMesh, IoError>,
+}
+
+/// Mesh formats that can be read.
+pub const IMPORTERS: &[Entry<Importer>] = &[
+    Entry {
+        name: "obj",
+        about: "Wavefront OBJ: polygons, texture coordinates, vertex colours",
+        item: Importer { extensions: &["obj"], read: obj::read },
+    },
+    Entry {
+        name: "ply",
+        about: "Stanford PLY, ASCII or binary: polygons, texture coordinates, colours and painted attributes",
+        item: Importer { extensions: &["ply"], read: ply::read },
+    },
+    Entry {
+        name: "stl",
+        about: "STL, ASCII or binary: bare triangles, joined where corners coincide",
+        item: Importer { extensions: &["stl"], read: stl::read },
+    },
+    Entry {
+        name: "gltf",
+        about: "glTF 2.0, .gltf or .glb: the meshes of the default scene, where its nodes put them",
+        item: Importer { extensions: &["gltf", "glb"], read: gltf::read },
+    },
+];
+
+/// Reads a mesh file, the format told by its ending, and makes a surface in metres of it.
+///
+/// Points that coincide (within a millionth of the diagonal) become one, which joins texture seams and the loose
+/// triangles of STL; texture coordinates stay with the corners. The joined points keep the order in which they first
+/// stand in the file, less those that no face uses, and **an index that a scene pins is an index into these**. Faces
+/// are cut into triangles; `source_face` counts the faces of the file from 0. What had to be put right is said in
+/// `remarks`.
+pub fn read_mesh(path: &Path, unit: LengthUnit) -> Result<SurfaceMesh, IoError> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let Some(importer) = IMPORTERS.iter().find(|row| row.item.extensions.contains(&ending.as_str())) else {
+        let known: Vec<_> = IMPORTERS.iter().flat_map(|row| row.item.extensions).map(|e| format!(".{e}")).collect();
+        let problem = match ending.as_str() {
+            "" => "the name has no ending that tells the mesh format".to_string(),
+            _ => format!("meshes ending in .{ending} cannot be read"),
+        };
+        return Err(IoError::content(path, problem, format!("export it as one of {}", known.join(", "))));
+    };
+    clean::clean((importer.item.read)(path)?, unit, path)
+}

@@ -1,0 +1,154 @@
+//! What a scene names but does not hold: meshes and pictures.
+
+use super::diagnostic::{Diagnostic, SceneError};
+use super::tree::{Node, Place};
+use super::{Case, Origin};
+use charcloth::mesh::SurfaceMesh;
+use charcloth::registry::nearest;
+use charcloth::scene::{LengthUnit, Scene};
+use charcloth::sheet::bounds;
+use charcloth::simulation::{GreyImage, Inputs};
+use std::io;
+use std::path::Path;
+
+/// Reads meshes and pictures.
+pub trait Loader {
+    /// Reads a mesh and turns it to metres.
+    fn mesh(&self, path: &Path, unit: LengthUnit) -> Result<SurfaceMesh, String>;
+    /// Reads a picture as grey values.
+    fn image(&self, path: &Path) -> Result<GreyImage, String>;
+}
+
+/// Sheets smaller or larger than this are likelier in another unit [m].
+const LIKELY_SIZE: std::ops::Range<f64> = 0.005..20.0;
+
+impl Case {
+    /// Reads what the scene names. Besides the inputs there may be warnings for the user.
+    pub fn read_inputs(&self, loader: &dyn Loader) -> Result<(Inputs, Vec<String>), SceneError> {
+        self.read_inputs_of(&self.scene, loader)
+    }
+
+    /// Reads what a variant of the scene names, such as the falsified one.
+    pub fn read_inputs_of(&self, scene: &Scene, loader: &dyn Loader) -> Result<(Inputs, Vec<String>), SceneError> {
+        let Origin { file, tree } = &self.origin;
+        let point = |key: &str| file.point_at_key(tree, key, String::new());
+        let mut inputs = Inputs::default();
+        let mut warnings = Vec::new();
+        let read_mesh = |key: &str, path: &Option<String>| match path {
+            None => Ok(None),
+            Some(path) => {
+                let path = Path::new(path);
+                check_there(point(key), path)?;
+                let failed = |problem| SceneError::from(Diagnostic { problem, ..point(key) });
+                loader.mesh(path, scene.sheet.unit).map(Some).map_err(failed)
+            }
+        };
+        inputs.mesh = read_mesh("sheet.mesh", &scene.sheet.mesh)?;
+        inputs.rest_mesh = read_mesh("sheet.rest_mesh", &scene.sheet.rest_mesh)?;
+        // Taken out of the meshes, so that nothing is said twice.
+        for mesh in inputs.mesh.iter_mut().chain(&mut inputs.rest_mesh) {
+            warnings.append(&mut mesh.remarks);
+        }
+        if let Some(warning) = inputs.mesh.as_ref().and_then(|mesh| unlikely_size(mesh, scene.sheet.unit)) {
+            // The importer has its doubts about the size, too; here it is known what to try.
+            warnings.retain(|remark| !remark.contains("sheet.unit"));
+            warnings.insert(0, warning);
+        }
+        for (key, path) in image_paths(scene) {
+            if !inputs.images.contains_key(path) {
+                check_there(point(&key), Path::new(path))?;
+                let failed = |problem| SceneError::from(Diagnostic { problem, ..point(&key) });
+                inputs.images.insert(path.to_owned(), loader.image(Path::new(path)).map_err(failed)?);
+            }
+        }
+        Ok((inputs, warnings))
+    }
+}
+
+/// Every picture a scene names, with its key.
+fn image_paths(scene: &Scene) -> Vec<(String, &str)> {
+    let variation = scene.sheet.variation.map.iter().map(|path| ("sheet.variation.map".to_owned(), path.as_str()));
+    let ignite = scene.ignite.iter().enumerate();
+    let ignite = ignite.filter_map(|(row, ignite)| Some((format!("ignite.{row}.map"), ignite.map.as_deref()?)));
+    variation.chain(ignite).collect()
+}
+
+/// Says so where a mesh is of a size that sheets seldom have.
+fn unlikely_size(mesh: &SurfaceMesh, unit: LengthUnit) -> Option<String> {
+    let (low, high) = bounds(&mesh.positions);
+    let size = (high - low).max_element();
+    if !size.is_finite() || size <= 0.0 || LIKELY_SIZE.contains(&size) {
+        return None;
+    }
+    let units = [
+        ("m", LengthUnit::M),
+        ("cm", LengthUnit::Cm),
+        ("mm", LengthUnit::Mm),
+        ("in", LengthUnit::In),
+        ("ft", LengthUnit::Ft),
+    ];
+    let count = size / unit.metres();
+    // The unit that makes it a sheet nearest to half a metre.
+    let off = |unit: LengthUnit| (count * unit.metres() / 0.5).ln().abs();
+    let (name, likely) = units.into_iter().min_by(|(_, a), (_, b)| off(*a).total_cmp(&off(*b)))?;
+    let there = units.iter().find(|(_, u)| *u == unit).map_or("m", |(name, _)| name);
+    Some(format!(
+        "the mesh is {size:.3} m across with sheet.unit = \"{there}\"; with sheet.unit = \"{name}\" it would be {:.3} m",
+        count * likely.metres()
+    ))
+}
+
+/// An error at a key where there is no such file, with the nearest there is.
+fn check_there(at: Diagnostic, path: &Path) -> Result<(), SceneError> {
+    match std::fs::metadata(path) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(cannot_read(at, path, &error).into()),
+    }
+}
+
+/// Says that a file cannot be read, and what there is instead.
+pub(super) fn cannot_read(at: Diagnostic, path: &Path, error: &io::Error) -> Diagnostic {
+    if error.kind() != io::ErrorKind::NotFound {
+        return Diagnostic { problem: format!("{} cannot be read: {error}", path.display()), ..at };
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let wanted = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let problem = format!("there is no file {}", path.display());
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Diagnostic { problem, ..at }.hint(format!("the folder {} is not there either", folder.display()));
+    };
+    let mut names: Vec<String> =
+        entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    let hint = match nearest(&wanted, names.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean {near}?"),
+        None => format!("{} has nothing of a like name", folder.display()),
+    };
+    Diagnostic { problem, ..at }.hint(hint)
+}
+
+/// Makes the paths of a scene absolute: those of the file count from its folder, those of `--set` from the current one.
+pub(super) fn make_paths_absolute(scene: &mut Scene, tree: &Node, folder: &Path) {
+    let absolute = |key: &str, path: &mut String| {
+        let (node, _) = tree.nearest_to(key);
+        let from = if matches!(node.place, Place::Override(_)) { Path::new("") } else { folder };
+        if let Ok(full) = std::path::absolute(from.join(&path)) {
+            *path = full.to_string_lossy().into_owned();
+        }
+    };
+    let sheet = &mut scene.sheet;
+    for (key, path) in [
+        ("sheet.mesh", &mut sheet.mesh),
+        ("sheet.rest_mesh", &mut sheet.rest_mesh),
+        ("sheet.variation.map", &mut sheet.variation.map),
+    ] {
+        if let Some(path) = path {
+            absolute(key, path);
+        }
+    }
+    for (row, ignite) in scene.ignite.iter_mut().enumerate() {
+        if let Some(path) = &mut ignite.map {
+            absolute(&format!("ignite.{row}.map"), path);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Frames out: what is written is read back, seams are the only doubled points, dead triangles stay behind.
+
+mod common;
+
+use charcloth::frame::Frame;
+use charcloth::scene::LengthUnit;
+use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
+use charcloth_io::exporters::{EXPORTERS, display_color, export, write_frame};
+use charcloth_io::importers::read_mesh;
+use common::{Folder, sheet};
+use ply_rs_bw::parser::Parser;
+use ply_rs_bw::ply::{DefaultElement, Property};
+use std::ops::ControlFlow;
+
+#[test]
+fn every_format_gives_back_the_living_surface() {
+    let folder = Folder::new("formats");
+    let frame = Frame::of(&sheet(9), 12, 0.5);
+    for row in EXPORTERS {
+        let path = folder.0.join(format!("frame.{}", row.item.extension));
+        write_frame(&frame, &path).unwrap();
+        let mesh = read_mesh(&path, LengthUnit::M).unwrap();
+        assert_eq!(mesh.triangles.len(), 127, "{}", row.name);
+        // The last node has lost one of its two triangles and stays.
+        assert_eq!(mesh.positions.len(), 81, "{}", row.name);
+        for (i, position) in mesh.positions.iter().enumerate() {
+            assert!(position.abs_diff_eq(frame.motion.position[i], 1e-7), "{} {i}", row.name);
+        }
+        for t in 0..127 {
+            assert_eq!(mesh.triangles[t], frame.triangles.corners[t], "{} {t}", row.name);
+            assert_eq!(mesh.corner_uv[t], frame.triangles.uv[t], "{} {t}", row.name);
+        }
+        assert!(mesh.remarks.is_empty(), "{:?}", mesh.remarks);
+        // Nothing half written stays behind.
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "{}", row.name);
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+#[test]
+fn ply_carries_every_column_and_doubles_points_at_the_seam_only() {
+    let folder = Folder::new("columns");
+    let state = sheet(9);
+    let frame = Frame::of(&state, 12, 0.5);
+    let path = folder.0.join("a.ply");
+    write_frame(&frame, &path).unwrap();
+    let mut file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+    let ply = Parser::<DefaultElement>::new().read_ply(&mut file).unwrap();
+    let vertices = &ply.payload["vertex"];
+    assert_eq!(vertices.len(), 81 + 9);
+    let expected = "x y z nx ny nz s t vx vy vz inert_mass rest_x rest_y rest_z source sheet pinned alive temperature fuel \
+        fuel_initial heat peak_temperature ignited_at area id burn age red green blue";
+    for name in expected.split_whitespace() {
+        assert!(vertices[0].contains_key(name), "{name}");
+    }
+    let float = |v: &DefaultElement, name: &str| match v[name] {
+        Property::Float(value) => f64::from(value),
+        ref other => panic!("{name} is {other:?}"),
+    };
+    for vertex in vertices {
+        let Property::UInt(id) = vertex["id"] else { panic!("id") };
+        let i = id as usize;
+        assert_eq!(float(vertex, "temperature"), f64::from(state.burn.temperature[i] as f32));
+        assert!((float(vertex, "burn") - (1.0 - state.burn.fuel[i] / 1e-6)).abs() < 1e-6);
+        let age = if state.burn.ignited_at[i] < 0.0 { -1.0 } else { 0.25 };
+        assert_eq!(float(vertex, "age"), age);
+    }
+    assert_eq!(ply.payload["face"][6]["source_face"], Property::UInt(3));
+    let comments = ply.header.comments.iter().map(|c| c.to_string()).collect::<Vec<_>>().join("\n");
+    assert!(comments.contains("frame 12, time 0.5 s") && comments.contains("metres"), "{comments}");
+}
+
+#[test]
+fn frames_with_nothing_left_and_frames_of_chains_are_written() {
+    let folder = Folder::new("nothing");
+    let mut frame = Frame::of(&sheet(3), 0, 0.0);
+    frame.triangles.alive.fill(0);
+    let chain = Frame { triangles: Default::default(), ..frame.clone() };
+    for row in EXPORTERS {
+        let path = folder.0.join(format!("a.{}", row.item.extension));
+        for frame in [&frame, &chain, &Frame::default()] {
+            write_frame(frame, &path).unwrap();
+            // A surface without faces cannot burn, and says so instead of failing in another way.
+            let message = read_mesh(&path, LengthUnit::M).unwrap_err().to_string();
+            assert!(message.contains("it has no"), "{message}");
+        }
+    }
+}
+
+#[test]
+fn a_cache_is_exported_in_part_and_may_be_stopped() {
+    let folder = Folder::new("export");
+    let mut writer = CacheWriter::create(&folder.0, &RunInfo { scene: "test".into(), fps: 24.0 }).unwrap();
+    let state = sheet(4);
+    for number in 0..6 {
+        writer.write(&Frame::of(&state, number, f64::from(number) / 24.0), &[], &state).unwrap();
+    }
+    let cache = CacheReader::open(&folder.0).unwrap();
+    let out = folder.0.join("some/where");
+    let mut told = Vec::new();
+    let mut progress = |now: charcloth_io::exporters::Progress<'_>| {
+        told.push((now.done, now.total));
+        if now.done == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let written = export(&cache, "obj", Some(2..=9), &out, &mut progress).unwrap();
+    assert_eq!(told, [(1, 4), (2, 4), (3, 4)]);
+    assert_eq!(written.len(), 3);
+    assert!(out.join("frame_00002.obj").is_file() && !out.join("frame_00005.obj").exists());
+
+    let mut quiet = |_: charcloth_io::exporters::Progress<'_>| ControlFlow::Continue(());
+    assert_eq!(export(&cache, "ply", None, &out, &mut quiet).unwrap().len(), 6);
+    let message = export(&cache, "ply", Some(7..=9), &out, &mut quiet).unwrap_err().to_string();
+    assert!(message.contains("there are frames 0 to 5"), "{message}");
+    let message = export(&cache, "plx", None, &out, &mut quiet).unwrap_err().to_string();
+    assert!(message.contains("did you mean ply?") && message.contains("ply, obj"), "{message}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_named() {
+    let folder = Folder::new("unwritable");
+    let path = folder.0.join("missing/a.ply");
+    let message = write_frame(&Frame::default(), &path).unwrap_err().to_string();
+    assert!(message.starts_with("cannot write") && message.contains("a.ply"), "{message}");
+}
+
+#[test]
+fn paper_goes_from_white_by_brown_to_black() {
+    let brightness = |c: [u8; 3]| c.iter().map(|v| u32::from(*v)).sum::<u32>();
+    let (paper, scorched, char) = (display_color(293.0, 0.0), display_color(600.0, 0.0), display_color(900.0, 1.0));
+    assert!(brightness(paper) > 650 && brightness(scorched) < 350 && brightness(char) < 60);
+    assert!(scorched[0] > scorched[1] && scorched[1] > scorched[2]);
+}
+
+#[test]
+fn every_exporter_has_a_file() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/exporters");
+    for row in EXPORTERS {
+        assert!(folder.join(format!("{}.rs", row.name)).is_file() && !row.about.is_empty(), "{}", row.name);
+    }
+    let shared = ["mod", "look", "surface"];
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().path().file_stem().unwrap().to_string_lossy().to_string();
+        assert!(shared.contains(&name.as_str()) || EXPORTERS.iter().any(|row| row.name == name), "{name}");
+    }
+}

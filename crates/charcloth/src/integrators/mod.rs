@@ -1,0 +1,56 @@
+//! How the sheet moves through a step.
+
+pub mod symplectic_euler;
+
+use crate::effects::{Forces, SpringFactors};
+use crate::kernels::VectorUnit;
+use crate::registry::Entry;
+use crate::scene::Scene;
+use crate::sheet::SheetState;
+
+/// What an integrator reports of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Advanced {
+    /// Substeps taken.
+    pub substeps: u32,
+    /// Springs that broke.
+    pub broken: usize,
+    /// Largest strain of a structural or shear spring at the end.
+    pub strain_max: f64,
+    /// Substep over the longest stable one.
+    pub courant: f64,
+}
+
+/// What an integrator reads of a step.
+pub struct Step<'a> {
+    /// Stiffness and tension of the springs.
+    pub factors: &'a SpringFactors,
+    /// Forces from outside, held over the step.
+    pub forces: &'a Forces,
+    /// Length of the step [s].
+    pub dt: f64,
+    /// Substeps a scene forces.
+    pub substeps: Option<u32>,
+    /// Changes whenever springs or nodes have come or gone: caches of the topology are stale.
+    pub topology: u64,
+    /// Vector unit to use.
+    pub unit: VectorUnit,
+    /// Whether to share long loops among threads.
+    pub parallel: bool,
+}
+
+/// Moves the sheet. What it keeps between steps is rebuilt from the state, so that a resumed run has the same bits.
+pub trait Integrator: Send {
+    /// Advances positions and velocities by one step; springs that give way are marked broken.
+    fn advance(&mut self, state: &mut SheetState, step: &Step<'_>) -> Advanced;
+}
+
+/// Builds an integrator from a scene.
+pub type Build = fn(&Scene) -> Box<dyn Integrator>;
+
+/// Every integrator.
+pub static INTEGRATORS: &[Entry<Build>] = &[Entry {
+    name: "symplectic_euler",
+    about: "explicit, with Provot's limit on deformation: soft sheets, many small substeps",
+    item: symplectic_euler::build,
+}];

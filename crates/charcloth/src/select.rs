@@ -1,0 +1,181 @@
+//! Which nodes a scene means by a point, a corner, a side, a box, a painted group or a map.
+
+use crate::build::{Built, image, sample_image, sheet_extent};
+use crate::error::Error;
+use crate::scene::{Corner, HalfSpace, Ignite, Pin, Point, Region, Side};
+use crate::simulation::Inputs;
+use glam::DVec3;
+
+fn vector(point: &Point) -> DVec3 {
+    DVec3::from_array(point.map(|length| length.0))
+}
+
+/// Collects the nodes that a row of a scene names, in ascending order, each once.
+struct Selection<'a> {
+    built: &'a Built,
+    /// Key of the row, for errors.
+    key: &'a str,
+    chosen: Vec<bool>,
+}
+
+impl<'a> Selection<'a> {
+    fn new(built: &'a Built, key: &'a str) -> Self {
+        Self { built, key, chosen: vec![false; built.state.motion.len()] }
+    }
+
+    fn positions(&self) -> &'a [DVec3] {
+        &self.built.state.motion.position
+    }
+
+    fn by_index(&mut self, nodes: &[u32]) -> Result<(), Error> {
+        let count = self.chosen.len();
+        for node in nodes {
+            let number = self.built.node_of_source.get(*node as usize).ok_or_else(|| {
+                Error::scene(
+                    format!("{}.nodes", self.key),
+                    format!("there is no node {node}"),
+                    format!("the sheet has nodes 0 to {}", count - 1),
+                )
+            })?;
+            self.chosen[*number as usize] = true;
+        }
+        Ok(())
+    }
+
+    fn where_true(&mut self, inside: impl Fn(usize) -> bool) {
+        for i in 0..self.chosen.len() {
+            self.chosen[i] |= inside(i);
+        }
+    }
+
+    fn near(&mut self, point: DVec3, radius: f64) {
+        let positions = self.positions();
+        if radius > 0.0 {
+            self.where_true(|i| positions[i].distance_squared(point) <= radius * radius);
+        } else {
+            let distance = |i: &usize| positions[*i].distance_squared(point);
+            let nearest = (0..positions.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)));
+            if let Some(nearest) = nearest {
+                self.chosen[nearest] = true;
+            }
+        }
+    }
+
+    fn corner(&mut self, corner: Corner, radius: f64) {
+        let [right, top] = self.built.right_top;
+        let (low, high) = sheet_extent(self.positions(), self.built.right_top);
+        let x = if matches!(corner, Corner::BottomLeft | Corner::TopLeft) { low.x } else { high.x };
+        let y = if matches!(corner, Corner::BottomLeft | Corner::BottomRight) { low.y } else { high.y };
+        // The node nearest to the corner of the extent, seen along the sheet's normal.
+        let distance = |p: DVec3| (p.dot(right) - x).powi(2) + (p.dot(top) - y).powi(2);
+        let positions = self.positions();
+        let nearest = (0..positions.len()).min_by(|i, j| distance(positions[*i]).total_cmp(&distance(positions[*j])));
+        if let Some(nearest) = nearest {
+            self.near(positions[nearest], radius.max(f64::MIN_POSITIVE));
+        }
+    }
+
+    fn edge(&mut self, side: Side) {
+        let [right, top] = self.built.right_top;
+        let (low, high) = sheet_extent(self.positions(), self.built.right_top);
+        let reach = 1e-6 * (high - low).length();
+        let positions = self.positions();
+        self.where_true(|i| match side {
+            Side::Left => positions[i].dot(right) <= low.x + reach,
+            Side::Right => positions[i].dot(right) >= high.x - reach,
+            Side::Bottom => positions[i].dot(top) <= low.y + reach,
+            Side::Top => positions[i].dot(top) >= high.y - reach,
+        });
+    }
+
+    fn region(&mut self, region: &Region) {
+        let (low, high) = (vector(&region.low), vector(&region.high));
+        let positions = self.positions();
+        self.where_true(|i| positions[i].cmpge(low).all() && positions[i].cmple(high).all());
+    }
+
+    fn half_space(&mut self, half: &HalfSpace) {
+        let (point, normal) = (vector(&half.point), DVec3::from_array(half.normal));
+        let positions = self.positions();
+        self.where_true(|i| (positions[i] - point).dot(normal) < 0.0);
+    }
+
+    fn group(&mut self, name: &str) -> Result<(), Error> {
+        let painted = self.built.painted.get(name).ok_or_else(|| {
+            let names: Vec<_> = self.built.painted.keys().map(String::as_str).collect();
+            let hint = if names.is_empty() {
+                "the mesh has no painted attributes".to_owned()
+            } else {
+                format!("the mesh has: {}", names.join(", "))
+            };
+            Error::scene(format!("{}.group", self.key), format!("\"{name}\" is not painted on the mesh"), hint)
+        })?;
+        self.where_true(|i| painted[i] > 0.5);
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Vec<u32>, Error> {
+        let nodes: Vec<u32> = (0..self.chosen.len() as u32).filter(|i| self.chosen[*i as usize]).collect();
+        if nodes.is_empty() {
+            return Err(Error::scene(
+                self.key,
+                "it names no node of the sheet",
+                "move or widen it (radius, box), or remove the row",
+            ));
+        }
+        Ok(nodes)
+    }
+}
+
+/// Nodes that row `row` of `[[pin]]` holds.
+pub fn pinned(built: &Built, pin: &Pin, row: usize) -> Result<Vec<u32>, Error> {
+    let key = format!("pin.{row}");
+    let mut selection = Selection::new(built, &key);
+    selection.by_index(&pin.nodes)?;
+    if let Some(region) = &pin.region {
+        selection.region(region);
+    }
+    if let Some(side) = pin.edge {
+        selection.edge(side);
+    }
+    if let Some(corner) = pin.corner {
+        selection.corner(corner, pin.radius.0);
+    }
+    if let Some(point) = &pin.point {
+        selection.near(vector(point), pin.radius.0);
+    }
+    if let Some(group) = &pin.group {
+        selection.group(group)?;
+    }
+    selection.finish()
+}
+
+/// Nodes that row `row` of `[[ignite]]` lights.
+pub fn ignited(built: &Built, inputs: &Inputs, ignite: &Ignite, row: usize) -> Result<Vec<u32>, Error> {
+    let key = format!("ignite.{row}");
+    let mut selection = Selection::new(built, &key);
+    selection.by_index(&ignite.nodes)?;
+    if let Some(region) = &ignite.region {
+        selection.region(region);
+    }
+    if let Some(half) = &ignite.half_space {
+        selection.half_space(half);
+    }
+    if let Some(side) = ignite.edge {
+        selection.edge(side);
+    }
+    if let Some(corner) = ignite.corner {
+        selection.corner(corner, ignite.radius.0);
+    }
+    if let Some(point) = &ignite.point {
+        selection.near(vector(point), ignite.radius.0);
+    }
+    if let Some(group) = &ignite.group {
+        selection.group(group)?;
+    }
+    if let Some(path) = &ignite.map {
+        let map = image(inputs, &format!("{key}.map"), path)?;
+        selection.where_true(|i| sample_image(map, built.node_uv[i]) > 0.5);
+    }
+    selection.finish()
+}

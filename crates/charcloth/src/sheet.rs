@@ -1,0 +1,244 @@
+//! The state of a sheet: two meshes, each a set of tables, and the map between them.
+//!
+//! What moves (`MotionNodes`, `Springs`, `Triangles`) sits on the **motion mesh**; what burns (`BurnNodes`,
+//! `BurnEdges`) on the **burn mesh**. Today the burn mesh has the nodes of the motion mesh and [`BurnMap`] says so; code
+//! that goes from one to the other asks the map, so that a finer burn mesh can come without a rewrite.
+//!
+//! Rows are never renumbered within a run: holes are masks (`alive`), tears append. The row number of a node is its id.
+
+use crate::fields;
+use crate::fields::{Column, Fnv};
+use glam::DVec3;
+
+/// "No such element", where an index is expected.
+pub const NONE: u32 = u32::MAX;
+
+/// Kinds of spring, after [Provot1995].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum SpringKind {
+    /// Along an edge of the mesh.
+    Structural = 0,
+    /// Across a cell of a grid.
+    Shear = 1,
+    /// Over an inner edge, or two steps on along a grid line.
+    Flexion = 2,
+}
+
+fields! {
+    /// What moves, per node of the motion mesh.
+    pub struct MotionNodes {
+        /// Where the node is.
+        position: DVec3, "m", Copy;
+        /// How fast it moves.
+        velocity: DVec3, "m/s", Copy;
+        /// Mass that does not burn; the inertial mass is this and the fuel.
+        inert_mass: f64, "kg", Share;
+        /// Where the node lies in the stress-free sheet; material fields such as noise are functions of it.
+        rest_position: DVec3, "m", Copy;
+        /// Node of the input mesh that this one is, or was split from.
+        source: u32, "1", Copy;
+        /// Which shell of the input the node belongs to.
+        sheet: u32, "1", Copy;
+        /// 1 where the node is held in place.
+        pinned: u8, "1", Copy;
+        /// 1 while the node belongs to the surface, 0 once it is ash that has come off.
+        alive: u8, "1", Copy;
+    }
+}
+
+fields! {
+    /// What burns, per node of the burn mesh.
+    pub struct BurnNodes {
+        /// Temperature.
+        temperature: f64, "K", Copy;
+        /// Fuel left.
+        fuel: f64, "kg", Share;
+        /// Fuel at the start.
+        fuel_initial: f64, "kg", Share;
+        /// Fuel that turns to gas in a second while the node burns (k1 of the 2004 model).
+        burn_rate_full: f64, "kg/s", Share;
+        /// Fuel that turns to gas in a second now.
+        burn_rate: f64, "kg/s", Share;
+        /// Heat that takes the node up by one kelvin while all its fuel is there.
+        heat_capacity: f64, "J/K", Share;
+        /// Heat released so far.
+        heat_released: f64, "J", Share;
+        /// Highest temperature so far; paper browns by it.
+        peak_temperature: f64, "K", Copy;
+        /// Time at which the node first caught fire; -1 before.
+        ignited_at: f64, "s", Copy;
+        /// Area of sheet the node stands for, at rest.
+        area: f64, "m2", Share;
+    }
+}
+
+fields! {
+    /// Who conducts heat to whom, per edge of the burn mesh.
+    pub struct BurnEdges {
+        /// The two nodes.
+        ends: [u32; 2], "1", Copy;
+        /// Distance between them at rest.
+        rest_distance: f64, "m", Copy;
+        /// Heat per second and kelvin of difference, times the distance (k0 of the 2004 model).
+        conductance_length: f64, "W m/K", Copy;
+        /// 1 once the sheet is parted between the two nodes.
+        cut: u8, "1", Copy;
+    }
+}
+
+fields! {
+    /// Springs of the motion mesh.
+    pub struct Springs {
+        /// The two nodes.
+        ends: [u32; 2], "1", Copy;
+        /// 0 structural, 1 shear, 2 flexion.
+        kind: u8, "1", Copy;
+        /// Length without force.
+        rest_length: f64, "m", Copy;
+        /// Stiffness of the unburnt spring (K0 of the 2004 model).
+        stiffness: f64, "N/m", Copy;
+        /// Force that breaks the unburnt spring; 0 means it never breaks.
+        strength: f64, "N", Copy;
+        /// 1 once the spring has given way.
+        broken: u8, "1", Copy;
+        /// Edge of the burn mesh along a structural spring.
+        edge: u32, "1", Copy;
+        /// Triangles that carry the spring; the first holds the first end, the second the second.
+        carriers: [u32; 2], "1", Copy;
+        /// 1 where the spring needs both its triangles (it bends over their common edge), 0 where one will do.
+        needs_both: u8, "1", Copy;
+    }
+}
+
+fields! {
+    /// Triangles of the motion mesh.
+    pub struct Triangles {
+        /// The three nodes, anticlockwise seen from outside.
+        corners: [u32; 3], "1", Copy;
+        /// Texture coordinates of the three corners.
+        uv: [glam::Vec2; 3], "1", Copy;
+        /// Face of the input file the triangle was cut from.
+        source_face: u32, "1", Copy;
+        /// Which shell of the input the triangle belongs to.
+        sheet: u32, "1", Copy;
+        /// Area at rest.
+        rest_area: f64, "m2", Copy;
+        /// 1 while the triangle is part of the surface.
+        alive: u8, "1", Copy;
+        /// Connected piece the triangle belongs to; 0 is the largest of the start, flakes count up.
+        piece: u32, "1", Copy;
+    }
+}
+
+fields! {
+    /// The books: one row of sums since the start, and the clock.
+    pub struct Books {
+        /// Simulated time.
+        time: f64, "s", Copy;
+        /// Frame reached.
+        frame: u32, "1", Copy;
+        /// Fuel turned to gas.
+        fuel_burnt: f64, "kg", Copy;
+        /// Heat released by it.
+        heat_released: f64, "J", Copy;
+        /// Heat put in by igniting flames.
+        heat_of_ignition: f64, "J", Copy;
+        /// Heat lost to the surroundings.
+        heat_lost: f64, "J", Copy;
+        /// Heat that left with the gas, where the heat capacity follows the fuel.
+        heat_carried: f64, "J", Copy;
+        /// Heat in the sheet at the start, over ambient.
+        heat_initial: f64, "J", Copy;
+        /// Largest strain of any structural or shear spring so far.
+        strain_max: f64, "1", Copy;
+        /// Number the next piece gets.
+        next_piece: u32, "1", Copy;
+        /// Momentum of the whole sheet at the start, along each axis.
+        momentum_initial: DVec3, "kg m/s", Copy;
+    }
+}
+
+/// Which burn nodes stand for which motion nodes. At level 0, the only one today, each stands for itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct BurnMap;
+
+impl BurnMap {
+    /// The burn node at a motion node.
+    #[inline]
+    pub fn burn_node(&self, motion_node: usize) -> usize {
+        motion_node
+    }
+}
+
+/// Everything that changes from step to step, and with it everything needed to go on from here.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SheetState {
+    /// What moves.
+    pub motion: MotionNodes,
+    /// What burns.
+    pub burn: BurnNodes,
+    /// Who conducts to whom.
+    pub burn_edges: BurnEdges,
+    /// Who pulls on whom.
+    pub springs: Springs,
+    /// The surface.
+    pub triangles: Triangles,
+    /// Sums since the start.
+    pub books: Books,
+    /// From one mesh to the other.
+    pub map: BurnMap,
+}
+
+impl SheetState {
+    /// Every table with its name.
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 6] {
+        [
+            ("motion", self.motion.columns()),
+            ("burn", self.burn.columns()),
+            ("burn_edges", self.burn_edges.columns()),
+            ("springs", self.springs.columns()),
+            ("triangles", self.triangles.columns()),
+            ("books", self.books.columns()),
+        ]
+    }
+
+    /// Every column of every table, to be filled from a snapshot: `(table, column, data)`.
+    pub fn columns_mut(&mut self) -> Vec<(&'static str, &'static str, fields::DataMut<'_>)> {
+        let mut all = Vec::new();
+        all.extend(self.motion.columns_mut().into_iter().map(|(n, d)| ("motion", n, d)));
+        all.extend(self.burn.columns_mut().into_iter().map(|(n, d)| ("burn", n, d)));
+        all.extend(self.burn_edges.columns_mut().into_iter().map(|(n, d)| ("burn_edges", n, d)));
+        all.extend(self.springs.columns_mut().into_iter().map(|(n, d)| ("springs", n, d)));
+        all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
+        all.extend(self.books.columns_mut().into_iter().map(|(n, d)| ("books", n, d)));
+        all
+    }
+
+    /// A hash of every bit of the state.
+    pub fn hash(&self) -> u64 {
+        let mut hash = Fnv::default();
+        for (_, columns) in self.tables() {
+            for column in columns {
+                column.data.hash_into(&mut hash);
+            }
+        }
+        hash.0
+    }
+
+    /// Inertial mass of a node [kg]: its fuel and what does not burn.
+    #[inline]
+    pub fn mass(&self, node: usize) -> f64 {
+        self.motion.inert_mass[node] + self.burn.fuel[self.map.burn_node(node)]
+    }
+
+    /// Box around the nodes at rest: lowest and highest corner [m].
+    pub fn rest_bounds(&self) -> (DVec3, DVec3) {
+        bounds(&self.motion.rest_position)
+    }
+}
+
+/// Box around some points: lowest and highest corner [m].
+pub fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)))
+}

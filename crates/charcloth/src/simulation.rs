@@ -1,0 +1,586 @@
+//! The step, and the run around it.
+
+use crate::build::{self, Built};
+use crate::counters::{Stages, peak_memory_bytes};
+use crate::effects::conduction::conductances;
+use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
+use crate::error::Error;
+use crate::frame::{Frame, Sample, Sink, node_normals};
+use crate::homogenise;
+use crate::integrators::symplectic_euler::strains;
+use crate::integrators::{Advanced, INTEGRATORS, Integrator, Step};
+use crate::kernels::heat::ConductanceRow;
+use crate::kernels::{Links, VectorUnit};
+use crate::ledger;
+use crate::measure::{self, Probes};
+use crate::mesh::SurfaceMesh;
+use crate::registry;
+use crate::scene::Scene;
+use crate::select;
+use crate::sheet::SheetState;
+use crate::tear;
+use crate::thermo::Burning;
+use glam::DVec3;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// A grey picture, values 0 to 1, row by row from the top.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GreyImage {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Values, 0 black to 1 white.
+    pub values: Vec<f32>,
+}
+
+/// What a scene names but does not hold: meshes and pictures, already read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Inputs {
+    /// The mesh that `sheet.mesh` names.
+    pub mesh: Option<SurfaceMesh>,
+    /// The mesh that `sheet.rest_mesh` names.
+    pub rest_mesh: Option<SurfaceMesh>,
+    /// Pictures by the path the scene gives.
+    pub images: BTreeMap<String, GreyImage>,
+}
+
+/// What a run came to; `summary.json` is this, key for key.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[allow(non_snake_case)] // keys carry their units
+#[allow(missing_docs)] // the keys are described in docs/cache.md
+pub struct Summary {
+    pub version: String,
+    pub scene: String,
+    pub model: String,
+    pub seed: u64,
+    pub frames: u32,
+    pub nodes: usize,
+    pub triangles: usize,
+    pub springs: usize,
+    pub threads: usize,
+    pub time_step_s: f64,
+    pub substeps: u32,
+    pub wall_s: f64,
+    pub stage_wall_s: BTreeMap<String, f64>,
+    pub fuel_initial_kg: f64,
+    pub fuel_burnt_kg: f64,
+    pub heat_released_J: f64,
+    /// None where the model has no conserved energy (literal heat capacity).
+    pub energy_error: Option<f64>,
+    pub mass_error: f64,
+    pub burnt_area_fraction: f64,
+    pub springs_broken: usize,
+    pub pieces: usize,
+    pub strain_max: f64,
+    pub strain_p99: f64,
+    /// Largest distance of a node from the plane the sheet lay in, over the diagonal of the sheet.
+    pub out_of_plane: f64,
+    pub peak_memory_bytes: u64,
+    pub warnings: Vec<String>,
+}
+
+impl Summary {
+    /// A quantity by its key, where it is a number.
+    pub fn value(&self, key: &str) -> Option<f64> {
+        Some(match key {
+            "frames" => f64::from(self.frames),
+            "nodes" => self.nodes as f64,
+            "triangles" => self.triangles as f64,
+            "springs" => self.springs as f64,
+            "time_step_s" => self.time_step_s,
+            "substeps" => f64::from(self.substeps),
+            "fuel_initial_kg" => self.fuel_initial_kg,
+            "fuel_burnt_kg" => self.fuel_burnt_kg,
+            "heat_released_J" => self.heat_released_J,
+            "energy_error" => self.energy_error?,
+            "mass_error" => self.mass_error,
+            "burnt_area_fraction" => self.burnt_area_fraction,
+            "springs_broken" => self.springs_broken as f64,
+            "pieces" => self.pieces as f64,
+            "strain_max" => self.strain_max,
+            "strain_p99" => self.strain_p99,
+            "out_of_plane" => self.out_of_plane,
+            _ => return None,
+        })
+    }
+
+    /// Keys that are numbers a scene may expect something of.
+    pub const NUMBERS: &'static [&'static str] = &[
+        "frames",
+        "nodes",
+        "triangles",
+        "springs",
+        "time_step_s",
+        "substeps",
+        "fuel_initial_kg",
+        "fuel_burnt_kg",
+        "heat_released_J",
+        "energy_error",
+        "mass_error",
+        "burnt_area_fraction",
+        "springs_broken",
+        "pieces",
+        "strain_max",
+        "strain_p99",
+        "out_of_plane",
+    ];
+}
+
+/// A flame held to some nodes for a while.
+struct Flame {
+    nodes: Vec<u32>,
+    start: f64,
+    end: f64,
+    temperature: f64,
+}
+
+/// Buffers that follow from the state: never saved, never read before they are written.
+#[derive(Default)]
+struct Scratch {
+    normal: Vec<DVec3>,
+    area: Vec<f64>,
+    heat_links: Links,
+    conductance: Vec<ConductanceRow>,
+    /// Sum of conductances at each burn node [W/K].
+    conductance_sum: Vec<f64>,
+    rates: HeatRates,
+    forces: Forces,
+    factors: SpringFactors,
+}
+
+/// A running simulation.
+pub struct Simulation {
+    scene: Scene,
+    built: Built,
+    effects: Vec<Box<dyn Effect>>,
+    integrator: Box<dyn Integrator>,
+    burning: Burning,
+    flames: Vec<Flame>,
+    measures: Probes,
+    scratch: Scratch,
+    /// Counts changes of the topology; scratch laid out for another is stale.
+    topology: u64,
+    laid_out: Option<u64>,
+    stages: Stages,
+    wall: f64,
+    last: Advanced,
+    last_step: f64,
+    warnings: Vec<String>,
+    unit: VectorUnit,
+    parallel: bool,
+}
+
+impl Simulation {
+    /// Builds a scene: the state at frame 0.
+    pub fn build(scene: &Scene, inputs: &Inputs) -> Result<Self, Error> {
+        let mut built = build::sheet(scene, inputs)?;
+        for (row, pin) in scene.pin.iter().enumerate() {
+            for node in select::pinned(&built, pin, row)? {
+                built.state.motion.pinned[node as usize] = 1;
+            }
+        }
+        let mut flames = Vec::new();
+        for (row, ignite) in scene.ignite.iter().enumerate() {
+            flames.push(Flame {
+                nodes: select::ignited(&built, inputs, ignite, row)?,
+                start: ignite.start.0,
+                end: ignite.start.0 + ignite.length.0,
+                temperature: ignite.temperature.0,
+            });
+        }
+        measure::set_initial(scene, &mut built)?;
+        let burning = Burning::of(scene);
+        built.state.books.heat_initial[0] = burning.heat_content(&built.state.burn);
+        built.state.books.momentum_initial[0] = measure::momentum(&built.state);
+        let integrator = registry::find(INTEGRATORS, &scene.mechanics.integrator, "mechanics.integrator")?;
+        let mut simulation = Self {
+            effects: effects::of_scene(scene),
+            integrator: (integrator.item)(scene),
+            measures: measure::of_scene(scene, &built)?,
+            warnings: built.remarks.clone(),
+            scene: scene.clone(),
+            built,
+            burning,
+            flames,
+            scratch: Scratch::default(),
+            topology: 0,
+            laid_out: None,
+            stages: Stages::default(),
+            wall: 0.0,
+            last: Advanced::default(),
+            last_step: 0.0,
+            unit: VectorUnit::best(),
+            parallel: rayon::current_num_threads() > 1,
+        };
+        simulation.warn_if_too_light();
+        Ok(simulation)
+    }
+
+    /// Builds a scene and puts it into a state saved earlier; the run goes on with the same bits.
+    pub fn resume(scene: &Scene, inputs: &Inputs, state: SheetState) -> Result<Self, Error> {
+        let mut simulation = Self::build(scene, inputs)?;
+        let built = &simulation.built.state;
+        if state.books.len() != 1 || state.motion.len() < built.motion.len() {
+            return Err(Error::Resume(format!(
+                "the saved state has {} nodes, the scene {}: it is of another scene",
+                state.motion.len(),
+                built.motion.len()
+            )));
+        }
+        if state.triangles.len() != built.triangles.len() || state.springs.len() != built.springs.len() {
+            return Err(Error::Resume("the saved state has other triangles or springs than the scene".to_owned()));
+        }
+        simulation.built.state = state;
+        Ok(simulation)
+    }
+
+    /// Uses a certain vector unit; every one gives the same bits.
+    pub fn set_vector_unit(&mut self, unit: VectorUnit) {
+        self.unit = unit;
+    }
+
+    /// Number of the frame reached.
+    pub fn frame_number(&self) -> u32 {
+        self.built.state.books.frame[0]
+    }
+
+    /// Simulated time [s].
+    pub fn time(&self) -> f64 {
+        self.built.state.books.time[0]
+    }
+
+    /// The scene, as built.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// A copy of what can be seen now.
+    pub fn frame(&self) -> Frame {
+        Frame::of(&self.built.state, self.frame_number(), self.time())
+    }
+
+    /// The full state, to resume from.
+    pub fn state(&self) -> &SheetState {
+        &self.built.state
+    }
+
+    /// What the user should know: repairs to the mesh, an unstable forced step.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Value of a probe so far.
+    pub fn probe(&self, name: &str) -> Option<f64> {
+        let (_, measure) = self.measures.iter().find(|(known, _)| known == name)?;
+        Some(measure.value(&self.built))
+    }
+
+    /// Simulates one frame.
+    pub fn advance_frame(&mut self) -> Result<(), Error> {
+        let start = Instant::now();
+        let frame_time = 1.0 / self.scene.time.fps;
+        self.lay_out();
+        let longest = {
+            let now = self.now();
+            let by_effects = self.effects.iter().map(|e| e.longest_step(&now)).fold(f64::INFINITY, f64::min);
+            self.scene.time.step.0.min(by_effects)
+        };
+        // A hair over a whole number of steps is rounding.
+        let steps = (frame_time / longest - 1e-9).ceil().max(1.0);
+        for _ in 0..steps as u64 {
+            self.step(frame_time / steps);
+        }
+        // Sums of steps drift in the last digits; the clock does not.
+        let books = &mut self.built.state.books;
+        books.frame[0] += 1;
+        books.time[0] = f64::from(books.frame[0]) * frame_time;
+        let result = ledger::check_finite(&self.built.state, |field| self.likeliest_cause(field));
+        self.wall += start.elapsed().as_secs_f64();
+        result
+    }
+
+    /// One step of heat, fuel and motion.
+    fn step(&mut self, dt: f64) {
+        self.lay_out();
+        let (parallel, unit) = (self.parallel, self.unit);
+        // 1. Heat and fuel of the sheet, in as many parts as heat needs to bring no new extremes.
+        let heat_steps = (dt / self.longest_heat_step() - 1e-9).ceil().max(1.0);
+        let heat_dt = dt / heat_steps;
+        for part in 0..heat_steps as u64 {
+            let time = self.time() + part as f64 * heat_dt;
+            self.hold_flames(time);
+            self.add_heat();
+            let Self { built: Built { state, .. }, burning, scratch, stages, .. } = self;
+            stages.time("burn", || burning.advance(state, &scratch.rates, time, heat_dt, parallel));
+        }
+        if self.scene.mechanics.moves {
+            // 2. Burnt sheet is weaker, and hot sheet pulls together.
+            self.weaken();
+            // 3. Forces from outside, held for the step.
+            self.add_forces();
+            // 4. Motion, in substeps: springs need far shorter steps than heat.
+            let Self { built: Built { state, .. }, integrator, scratch, stages, scene, topology, .. } = self;
+            let Scratch { factors, forces, .. } = scratch;
+            let step = Step { factors, forces, dt, substeps: scene.time.substeps, topology: *topology, unit, parallel };
+            self.last = stages.time("motion", || integrator.advance(state, &step));
+            let books = &mut self.built.state.books;
+            books.strain_max[0] = books.strain_max[0].max(self.last.strain_max);
+            // 5. Where springs have given way, the sheet comes apart.
+            let changed = self.stages.time("tear", || tear::split(&mut self.built.state));
+            if changed || self.last.broken > 0 {
+                self.topology += 1;
+            }
+            self.warn_if_unstable();
+        }
+        self.built.state.books.time[0] += dt;
+        self.last_step = dt;
+        // 6. Those who measure have a look.
+        let Self { built, measures, .. } = self;
+        for (_, measure) in measures {
+            measure.observe(built);
+        }
+    }
+
+    /// Lays out what follows from the topology, if that has changed.
+    fn lay_out(&mut self) {
+        if self.laid_out == Some(self.topology) {
+            return;
+        }
+        let Self { built: Built { state, .. }, scratch, scene, .. } = self;
+        let edges = &state.burn_edges;
+        scratch.heat_links = Links::build(state.burn.len(), &edges.ends, |e| edges.cut[e] != 0);
+        self.laid_out = Some(self.topology);
+        scratch.area.clear();
+        scratch.area.resize(state.motion.len(), 0.0);
+        for t in 0..state.triangles.len() {
+            if state.triangles.alive[t] != 0 {
+                for i in state.triangles.corners[t] {
+                    scratch.area[i as usize] += state.triangles.rest_area[t] / 3.0;
+                }
+            }
+        }
+        let distance = scene.fire.distance;
+        conductances(state, &scratch.heat_links, distance, &mut scratch.conductance);
+        self.sum_conductances();
+        let state = &self.built.state;
+        self.scratch.normal = node_normals(&state.motion.position, &state.triangles);
+    }
+
+    /// Conductance that leads to each node, for the length of heat steps.
+    fn sum_conductances(&mut self) {
+        let Self { built: Built { state, .. }, scratch, .. } = self;
+        scratch.conductance_sum.clear();
+        scratch.conductance_sum.resize(state.burn.len(), 0.0);
+        let edges = &state.burn_edges;
+        for (e, places) in scratch.heat_links.of_element.iter().enumerate() {
+            if places[0][0] != u32::MAX {
+                let [row, lane] = places[0];
+                let conductance = scratch.conductance[row as usize].0[lane as usize];
+                edges.ends[e].iter().for_each(|i| scratch.conductance_sum[*i as usize] += conductance);
+            }
+        }
+    }
+
+    fn now(&self) -> Now<'_> {
+        Now {
+            state: &self.built.state,
+            normal: &self.scratch.normal,
+            area: &self.scratch.area,
+            heat_links: &self.scratch.heat_links,
+            conductance: &self.scratch.conductance,
+            time: self.time(),
+            up: self.built.up,
+            unit: self.unit,
+            parallel: self.parallel,
+        }
+    }
+
+    /// Longest heat step that brings no new extremes [s].
+    fn longest_heat_step(&mut self) -> f64 {
+        if self.scene.fire.distance == crate::scene::ConductionDistance::Current {
+            let Self { built: Built { state, .. }, scratch, scene, .. } = self;
+            conductances(state, &scratch.heat_links, scene.fire.distance, &mut scratch.conductance);
+            self.sum_conductances();
+        }
+        // tuned: at the bound itself one node may take the mean of its neighbours; nine tenths keeps some of its own
+        0.9 * self.burning.longest_step(&self.built.state.burn, &self.scratch.conductance_sum)
+    }
+
+    /// Heats the nodes that a flame is held to.
+    fn hold_flames(&mut self, time: f64) {
+        let state = &mut self.built.state;
+        for flame in self.flames.iter().filter(|f| f.start <= time && time < f.end) {
+            for i in &flame.nodes {
+                let i = *i as usize;
+                if state.burn.temperature[i] >= flame.temperature {
+                    continue;
+                }
+                let given = self.burning.capacity_of(&state.burn, i) * (flame.temperature - state.burn.temperature[i]);
+                state.burn.temperature[i] = flame.temperature;
+                state.burn.peak_temperature[i] = state.burn.peak_temperature[i].max(flame.temperature);
+                if state.burn.ignited_at[i] < 0.0 && flame.temperature > self.scene.fire.ignition_temperature.0 {
+                    state.burn.ignited_at[i] = time;
+                }
+                state.books.heat_of_ignition[0] += given;
+            }
+        }
+    }
+
+    fn add_heat(&mut self) {
+        let mut rates = std::mem::take(&mut self.scratch.rates);
+        let count = self.built.state.burn.len();
+        for column in [&mut rates.within, &mut rates.lost] {
+            column.clear();
+            column.resize(count, 0.0);
+        }
+        let start = Instant::now();
+        let now = self.now();
+        for effect in &self.effects {
+            effect.add_heat(&now, &mut rates);
+        }
+        self.stages.add("heat", start);
+        self.scratch.rates = rates;
+    }
+
+    fn weaken(&mut self) {
+        let start = Instant::now();
+        let mut factors = std::mem::take(&mut self.scratch.factors);
+        let residual = self.scene.mechanics.residual_stiffness.0;
+        let burnt_through = homogenise::spring_factors(&mut self.built.state, residual, &mut factors);
+        if burnt_through {
+            self.topology += 1;
+        }
+        let now = self.now();
+        for effect in &self.effects {
+            effect.add_tension(&now, &mut factors);
+        }
+        self.scratch.factors = factors;
+        self.stages.add("weaken", start);
+    }
+
+    fn add_forces(&mut self) {
+        let start = Instant::now();
+        let state = &self.built.state;
+        self.scratch.normal = node_normals(&state.motion.position, &state.triangles);
+        let mut forces = std::mem::take(&mut self.scratch.forces);
+        let count = state.motion.len();
+        forces.force.clear();
+        forces.force.resize(count, DVec3::ZERO);
+        forces.drag.clear();
+        forces.drag.resize(count, 0.0);
+        let now = self.now();
+        for effect in &self.effects {
+            effect.add_forces(&now, &mut forces);
+        }
+        self.scratch.forces = forces;
+        self.stages.add("forces", start);
+    }
+
+    fn warn_once(&mut self, warning: String, about: &str) {
+        if !self.warnings.iter().any(|known| known.starts_with(about)) {
+            self.warnings.push(warning);
+        }
+    }
+
+    fn warn_if_unstable(&mut self) {
+        if self.last.courant > 1.0 {
+            let about = "time.substeps: the forced substep is unstable";
+            let message = format!(
+                "{about}: it is {:.2} times the longest stable one (first at {:.4} s); leave substeps out, or ask for {} \
+                 and more",
+                self.last.courant,
+                self.time(),
+                (f64::from(self.last.substeps) * self.last.courant).ceil()
+            );
+            self.warn_once(message, about);
+        }
+    }
+
+    fn warn_if_too_light(&mut self) {
+        if self.scene.mechanics.moves && self.scene.mechanics.inert_fraction.0 <= 0.0 {
+            let about = "mechanics.inert_fraction: at 0 a burnt node has no mass and no step is stable";
+            self.warn_once(format!("{about}; 0.1 is the default"), about);
+        }
+    }
+
+    fn likeliest_cause(&self, field: &str) -> String {
+        let unstable = self.last.courant > 1.0;
+        match field {
+            "position" | "velocity" if unstable => format!(
+                "time.substeps forces a substep {:.1} times the longest stable one; leave it out",
+                self.last.courant
+            ),
+            "position" | "velocity" => {
+                "forces too strong for the sheet: lower curl.pressure, thermal_force.contraction or the wind, or shorten \
+                 time.step"
+                    .to_owned()
+            }
+            "temperature" | "peak_temperature" => {
+                "heat of combustion too large for the heat capacity: check fire.heat_of_combustion and \
+                 fire.heat_capacity"
+                    .to_owned()
+            }
+            _ => "a value of the scene out of all proportion".to_owned(),
+        }
+    }
+
+    /// The time-history row of the frame reached.
+    pub fn history(&self) -> Vec<Sample> {
+        measure::history(&self.built, &self.burning, &self.flames.first().map_or(Vec::new(), |f| f.nodes.clone()))
+    }
+
+    /// Hands frame 0 (unless resumed) and all frames up to `last` to a sink.
+    pub fn run(&mut self, last: u32, sink: &mut dyn Sink) -> Result<(), Error> {
+        let mut hand_over = self.frame_number() == 0;
+        loop {
+            if hand_over && sink.frame(&self.frame(), &self.history(), &self.built.state)?.is_break() {
+                break;
+            }
+            if self.frame_number() >= last {
+                break;
+            }
+            self.advance_frame()?;
+            hand_over = true;
+        }
+        sink.finish()
+    }
+
+    /// What the run came to so far.
+    pub fn summary(&self) -> Summary {
+        let state = &self.built.state;
+        let mut all_strains: Vec<f64> = strains(state).collect();
+        all_strains.sort_unstable_by(f64::total_cmp);
+        let p99 = all_strains.get(all_strains.len().saturating_sub(1) * 99 / 100).copied().unwrap_or(0.0);
+        Summary {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: self.scene.name.clone(),
+            model: "moidu2004".to_owned(),
+            seed: self.scene.seed,
+            frames: self.frame_number(),
+            nodes: state.motion.len(),
+            triangles: state.triangles.len(),
+            springs: state.springs.len(),
+            threads: rayon::current_num_threads(),
+            time_step_s: self.last_step,
+            substeps: self.last.substeps,
+            wall_s: self.wall,
+            stage_wall_s: self.stages.seconds(),
+            fuel_initial_kg: state.burn.fuel_initial.iter().sum(),
+            fuel_burnt_kg: state.books.fuel_burnt[0],
+            heat_released_J: state.books.heat_released[0],
+            energy_error: ledger::energy_error(state, &self.burning),
+            mass_error: ledger::mass_error(state),
+            burnt_area_fraction: measure::burnt_area_fraction(state),
+            springs_broken: state.springs.broken.iter().filter(|b| **b != 0).count(),
+            pieces: tear::pieces(state),
+            strain_max: state.books.strain_max[0],
+            strain_p99: p99,
+            out_of_plane: measure::out_of_plane(&self.built),
+            peak_memory_bytes: peak_memory_bytes(),
+            warnings: self.warnings.clone(),
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Where springs have given way, the sheet comes apart.
+//!
+//! A broken structural spring parts the sheet along its edge: the triangles at the edge are cut from the surface. A
+//! spring that has lost the triangles it hangs on is gone too. Where the triangles around a node no longer hang together,
+//! the node is split, one copy for each fan of triangles, and its mass, fuel and heat are shared by area. A node with no
+//! triangle left is ash: it keeps its mass and fuel in the books but moves no more. Connected pieces keep their number
+//! as long as they hold together; what comes off gets a new one.
+
+use crate::sheet::{NONE, SheetState, SpringKind};
+
+/// Brings the surface up to date with its broken springs. Returns whether anything changed.
+pub fn split(state: &mut SheetState) -> bool {
+    let fresh = cut_triangles(state);
+    let mut changed = drop_springs(state) || fresh;
+    if fresh {
+        split_nodes(state);
+        // Springs over two edges of a grid hang on triangles that a split may have parted.
+        drop_springs(state);
+        number_pieces(state);
+    }
+    // The springs of a chain have no triangles to cut.
+    changed |= cut_burn_edges(state);
+    changed
+}
+
+/// Cuts the triangles along broken edges.
+fn cut_triangles(state: &mut SheetState) -> bool {
+    let (springs, triangles) = (&state.springs, &mut state.triangles);
+    let mut fresh = false;
+    for s in 0..springs.len() {
+        // Only springs along an edge of the surface part it; one over an edge is a crease that has gone soft.
+        if springs.broken[s] == 0 || springs.needs_both[s] != 0 {
+            continue;
+        }
+        for t in springs.carriers[s] {
+            if t != NONE && triangles.alive[t as usize] != 0 {
+                triangles.alive[t as usize] = 0;
+                fresh = true;
+            }
+        }
+    }
+    fresh
+}
+
+/// Breaks the springs that have lost the triangles they hang on; two triangles must also still hang together.
+fn drop_springs(state: &mut SheetState) -> bool {
+    let (springs, triangles) = (&mut state.springs, &state.triangles);
+    let mut dropped = false;
+    for s in 0..springs.len() {
+        let carriers = springs.carriers[s];
+        if springs.broken[s] != 0 || carriers == [NONE; 2] {
+            continue;
+        }
+        let holds = |t: u32| t != NONE && triangles.alive[t as usize] != 0;
+        let meet =
+            |[a, b]: [u32; 2]| triangles.corners[a as usize].iter().any(|i| triangles.corners[b as usize].contains(i));
+        let held = if springs.needs_both[s] != 0 {
+            holds(carriers[0]) && holds(carriers[1]) && meet(carriers)
+        } else {
+            holds(carriers[0]) || holds(carriers[1])
+        };
+        if !held {
+            springs.broken[s] = 1;
+            dropped = true;
+        }
+    }
+    dropped
+}
+
+/// Stops the heat across broken edges. Returns whether any was fresh.
+fn cut_burn_edges(state: &mut SheetState) -> bool {
+    let (springs, cut) = (&state.springs, &mut state.burn_edges.cut);
+    let mut fresh = false;
+    for s in 0..springs.len() {
+        if springs.broken[s] != 0 && springs.kind[s] == SpringKind::Structural as u8 && springs.edge[s] != NONE {
+            let cut = &mut cut[springs.edge[s] as usize];
+            fresh |= *cut == 0;
+            *cut = 1;
+        }
+    }
+    fresh
+}
+
+/// Triangles of the surface at each node: first of each in the list, and the list.
+fn triangles_at_nodes(state: &SheetState) -> (Vec<u32>, Vec<u32>) {
+    let triangles = &state.triangles;
+    let count = state.motion.len();
+    let mut first = vec![0u32; count + 1];
+    for t in 0..triangles.len() {
+        if triangles.alive[t] != 0 {
+            triangles.corners[t].iter().for_each(|i| first[*i as usize + 1] += 1);
+        }
+    }
+    for i in 0..count {
+        first[i + 1] += first[i];
+    }
+    let mut next = first.clone();
+    let mut list = vec![0u32; first[count] as usize];
+    for t in 0..triangles.len() {
+        if triangles.alive[t] != 0 {
+            for i in triangles.corners[t] {
+                list[next[i as usize] as usize] = t as u32;
+                next[i as usize] += 1;
+            }
+        }
+    }
+    (first, list)
+}
+
+/// Splits every node whose triangles form more than one fan.
+fn split_nodes(state: &mut SheetState) {
+    let (first, list) = triangles_at_nodes(state);
+    // Copies that were made: (node, fan's triangles, new node), to send the ends of springs to.
+    let mut copies: Vec<(u32, Vec<u32>, u32)> = Vec::new();
+    let mut touched = vec![false; state.motion.len()];
+    for i in 0..first.len() - 1 {
+        let around = &list[first[i] as usize..first[i + 1] as usize];
+        if around.is_empty() {
+            // A node of a chain has no triangles to lose.
+            if !state.triangles.is_empty() {
+                state.motion.alive[i] = 0;
+            }
+            continue;
+        }
+        let mut fans = fans(state, i as u32, around);
+        if fans.len() == 1 {
+            continue;
+        }
+        touched[i] = true;
+        let area = |fan: &Vec<u32>| fan.iter().map(|t| state.triangles.rest_area[*t as usize]).sum::<f64>();
+        // The largest fan keeps the node; of equals, the one with the first triangle.
+        fans.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a[0].cmp(&b[0])));
+        let areas: Vec<f64> = fans.iter().map(area).collect();
+        let mut left: f64 = areas.iter().sum();
+        for (fan, area) in fans.into_iter().zip(areas).skip(1) {
+            let copy = state.motion.len() as u32;
+            let burn_node = state.map.burn_node(i);
+            state.motion.split(i, area / left);
+            state.burn.split(burn_node, area / left);
+            left -= area;
+            for t in &fan {
+                for corner in &mut state.triangles.corners[*t as usize] {
+                    if *corner == i as u32 {
+                        *corner = copy;
+                    }
+                }
+            }
+            copies.push((i as u32, fan, copy));
+        }
+    }
+    send_ends(state, &touched, &copies);
+}
+
+/// The triangles around a node, in groups that hang together by edges at the node.
+fn fans(state: &SheetState, node: u32, around: &[u32]) -> Vec<Vec<u32>> {
+    let mut group: Vec<usize> = (0..around.len()).collect();
+    for a in 0..around.len() {
+        for b in 0..a {
+            let shared = state.triangles.corners[around[a] as usize]
+                .iter()
+                .any(|i| *i != node && state.triangles.corners[around[b] as usize].contains(i));
+            if shared && group[a] != group[b] {
+                let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
+                group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+            }
+        }
+    }
+    let mut fans: Vec<Vec<u32>> = vec![Vec::new(); around.len()];
+    for (k, g) in group.into_iter().enumerate() {
+        fans[g].push(around[k]);
+    }
+    fans.retain(|fan| !fan.is_empty());
+    fans
+}
+
+/// Sends the ends of springs and edges at split nodes to the copy that has their triangle.
+fn send_ends(state: &mut SheetState, touched: &[bool], copies: &[(u32, Vec<u32>, u32)]) {
+    if copies.is_empty() {
+        return;
+    }
+    let SheetState { springs, burn_edges, triangles, .. } = state;
+    for s in 0..springs.len() {
+        if springs.broken[s] != 0 {
+            continue;
+        }
+        for end in 0..2 {
+            let node = springs.ends[s][end];
+            if !touched.get(node as usize).copied().unwrap_or(false) {
+                continue;
+            }
+            // The end's own triangle first; along an edge either will do.
+            let [own, other] =
+                if end == 0 { springs.carriers[s] } else { [springs.carriers[s][1], springs.carriers[s][0]] };
+            let copy = [own, other].into_iter().find_map(|t| {
+                let alive = t != NONE && triangles.alive[t as usize] != 0;
+                alive.then(|| copies.iter().find(|(i, fan, _)| *i == node && fan.contains(&t))).flatten()
+            });
+            if let Some((_, _, copy)) = copy {
+                springs.ends[s][end] = *copy;
+                if springs.edge[s] != NONE && springs.needs_both[s] == 0 {
+                    burn_edges.ends[springs.edge[s] as usize][end] = *copy;
+                }
+            }
+        }
+    }
+}
+
+/// Numbers the connected pieces: of what was one piece, the largest part keeps the number.
+fn number_pieces(state: &mut SheetState) {
+    let triangles = &mut state.triangles;
+    let count = state.motion.len();
+    let mut root: Vec<u32> = (0..count as u32).collect();
+    fn find(root: &mut [u32], mut i: u32) -> u32 {
+        while root[i as usize] != i {
+            root[i as usize] = root[root[i as usize] as usize];
+            i = root[i as usize];
+        }
+        i
+    }
+    for t in 0..triangles.len() {
+        if triangles.alive[t] != 0 {
+            let [a, b, c] = triangles.corners[t];
+            for other in [b, c] {
+                let (x, y) = (find(&mut root, a), find(&mut root, other));
+                root[x.max(y) as usize] = x.min(y);
+            }
+        }
+    }
+    // Parts by (old piece, root), with their areas, in order of first triangle.
+    let mut parts: Vec<(u32, u32, f64)> = Vec::new();
+    let mut part_of_root = std::collections::HashMap::new();
+    for t in 0..triangles.len() {
+        if triangles.alive[t] != 0 {
+            let r = find(&mut root, triangles.corners[t][0]);
+            let part = *part_of_root.entry(r).or_insert_with(|| {
+                parts.push((triangles.piece[t], r, 0.0));
+                parts.len() - 1
+            });
+            parts[part].2 += triangles.rest_area[t];
+        }
+    }
+    let mut largest: std::collections::HashMap<u32, usize> = std::collections::HashMap::new();
+    for (k, (piece, _, area)) in parts.iter().enumerate() {
+        let best = largest.entry(*piece).or_insert(k);
+        if *area > parts[*best].2 {
+            *best = k;
+        }
+    }
+    let mut number = Vec::with_capacity(parts.len());
+    for (k, (piece, _, _)) in parts.iter().enumerate() {
+        number.push(if largest[piece] == k {
+            *piece
+        } else {
+            let fresh = state.books.next_piece[0];
+            state.books.next_piece[0] += 1;
+            fresh
+        });
+    }
+    for t in 0..triangles.len() {
+        if triangles.alive[t] != 0 {
+            let r = find(&mut root, triangles.corners[t][0]);
+            triangles.piece[t] = number[part_of_root[&r]];
+        }
+    }
+}
+
+/// Number of connected pieces of the surface.
+pub fn pieces(state: &SheetState) -> usize {
+    let triangles = &state.triangles;
+    let mut numbers: Vec<u32> =
+        (0..triangles.len()).filter(|t| triangles.alive[*t] != 0).map(|t| triangles.piece[t]).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers.len()
+}
