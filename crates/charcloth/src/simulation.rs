@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::select;
 use crate::sheet::SheetState;
 use crate::tear;
-use crate::thermo::Burning;
+use crate::thermo::{Burning, Moment};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -146,6 +146,8 @@ struct Scratch {
     conductance: Vec<ConductanceRow>,
     /// Sum of conductances at each burn node [W/K].
     conductance_sum: Vec<f64>,
+    /// Longest heat step [s], while heat capacities and conductances stay as they are.
+    longest_heat_step: Option<f64>,
     rates: HeatRates,
     forces: Forces,
     factors: SpringFactors,
@@ -311,10 +313,11 @@ impl Simulation {
         let heat_dt = dt / heat_steps;
         for part in 0..heat_steps as u64 {
             let time = self.time() + part as f64 * heat_dt;
+            let moment = Moment { time, dt: heat_dt, unit, parallel };
             self.hold_flames(time);
             self.add_heat();
             let Self { built: Built { state, .. }, burning, scratch, stages, .. } = self;
-            stages.time("burn", || burning.advance(state, &scratch.rates, time, heat_dt, parallel));
+            stages.time("burn", || burning.advance(state, &scratch.rates, moment));
         }
         if self.scene.mechanics.moves {
             // 2. Burnt sheet is weaker, and hot sheet pulls together.
@@ -372,6 +375,7 @@ impl Simulation {
     /// Conductance that leads to each node, for the length of heat steps.
     fn sum_conductances(&mut self) {
         let Self { built: Built { state, .. }, scratch, .. } = self;
+        scratch.longest_heat_step = None;
         scratch.conductance_sum.clear();
         scratch.conductance_sum.resize(state.burn.len(), 0.0);
         let edges = &state.burn_edges;
@@ -405,8 +409,15 @@ impl Simulation {
             conductances(state, &scratch.heat_links, scene.fire.distance, &mut scratch.conductance);
             self.sum_conductances();
         }
-        // tuned: at the bound itself one node may take the mean of its neighbours; nine tenths keeps some of its own
-        0.9 * self.burning.longest_step(&self.built.state.burn, &self.scratch.conductance_sum)
+        let scratch = &mut self.scratch;
+        if self.burning.changes_capacity() {
+            scratch.longest_heat_step = None;
+        }
+        *scratch.longest_heat_step.get_or_insert_with(|| {
+            let longest = self.burning.longest_step(&self.built.state.burn, &scratch.conductance_sum);
+            // tuned: at the bound itself one node may take the mean of its neighbours; nine tenths keeps some of its own
+            0.9 * longest
+        })
     }
 
     /// Heats the nodes that a flame is held to.
@@ -432,10 +443,7 @@ impl Simulation {
     fn add_heat(&mut self) {
         let mut rates = std::mem::take(&mut self.scratch.rates);
         let count = self.built.state.burn.len();
-        for column in [&mut rates.within, &mut rates.lost] {
-            column.clear();
-            column.resize(count, 0.0);
-        }
+        rates.clear(count);
         let start = Instant::now();
         let now = self.now();
         for effect in &self.effects {

@@ -5,6 +5,7 @@
 //! no new extremes appear (`longest_step`). Cost: one pass over the nodes.
 
 use crate::effects::HeatRates;
+use crate::kernels::VectorUnit;
 use crate::scene::{Fire, HeatCapacityLaw, Scene};
 use crate::sheet::{Books, BurnNodes, SheetState};
 use std::ops::Range;
@@ -28,6 +29,19 @@ pub struct Burning {
     law: HeatCapacityLaw,
     ash_capacity: f64,
     ignite_within_step: bool,
+}
+
+/// When a step begins, how long it is, and how it is worked out.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// Simulated time at its beginning [s].
+    pub time: f64,
+    /// Its length [s].
+    pub dt: f64,
+    /// Vector unit to use.
+    pub unit: VectorUnit,
+    /// Whether to share the work among threads.
+    pub parallel: bool,
 }
 
 /// What one step adds to the books.
@@ -61,7 +75,8 @@ struct Nodes<'a> {
     fuel_initial: &'a [f64],
     burn_rate_full: &'a [f64],
     within: &'a [f64],
-    lost: &'a [f64],
+    /// None where no effect loses heat.
+    lost: Option<&'a [f64]>,
 }
 
 impl<'a> Nodes<'a> {
@@ -70,11 +85,15 @@ impl<'a> Nodes<'a> {
             ($($changed:ident)*; $($read:ident)*) => {{
                 $(let $changed = self.$changed.split_at_mut(middle);)*
                 $(let $read = self.$read.split_at(middle);)*
-                (Self { $($changed: $changed.0,)* $($read: $read.0,)* }, Self { $($changed: $changed.1,)* $($read: $read.1,)* })
+                let lost = self.lost.map(|lost| lost.split_at(middle)).unzip();
+                (
+                    Self { lost: lost.0, $($changed: $changed.0,)* $($read: $read.0,)* },
+                    Self { lost: lost.1, $($changed: $changed.1,)* $($read: $read.1,)* },
+                )
             }};
         }
         halves!(temperature fuel burn_rate heat_released peak_temperature ignited_at;
-                heat_capacity fuel_initial burn_rate_full within lost)
+                heat_capacity fuel_initial burn_rate_full within)
     }
 }
 
@@ -96,6 +115,11 @@ impl Burning {
     /// Whether heat is conserved: under the literal law a burnt node is a reservoir of fixed temperature.
     pub fn conserves_energy(&self) -> bool {
         self.law != HeatCapacityLaw::Literal
+    }
+
+    /// Whether burning changes the heat capacity of a node.
+    pub fn changes_capacity(&self) -> bool {
+        self.law != HeatCapacityLaw::Constant
     }
 
     /// Heat capacity of a node with this fuel [J/K] (Eq. 1.5 a to c).
@@ -150,8 +174,8 @@ impl Burning {
         1.0 / fastest.into_iter().fold(f64::MIN_POSITIVE, f64::max)
     }
 
-    /// Advances temperature and fuel by `dt` under the given heat flows, and keeps the books.
-    pub fn advance(&self, state: &mut SheetState, rates: &HeatRates, time: f64, dt: f64, parallel: bool) {
+    /// Advances temperature and fuel by a step under the given heat flows, and keeps the books.
+    pub fn advance(&self, state: &mut SheetState, rates: &HeatRates, moment: Moment) {
         let BurnNodes {
             temperature,
             fuel,
@@ -175,9 +199,9 @@ impl Burning {
             fuel_initial,
             burn_rate_full,
             within: &rates.within,
-            lost: &rates.lost,
+            lost: (!rates.lost.is_empty()).then_some(&rates.lost[..]),
         };
-        let sums = self.advance_range(nodes, time, dt, parallel);
+        let sums = self.advance_range(nodes, moment);
         let Books { fuel_burnt, heat_released, heat_lost, heat_carried, .. } = &mut state.books;
         fuel_burnt[0] += sums.fuel_burnt;
         heat_released[0] += sums.fuel_burnt * self.heat_of_combustion;
@@ -185,21 +209,35 @@ impl Burning {
         heat_carried[0] += sums.heat_carried;
     }
 
-    fn advance_range(&self, nodes: Nodes<'_>, time: f64, dt: f64, parallel: bool) -> Sums {
+    fn advance_range(&self, nodes: Nodes<'_>, moment: Moment) -> Sums {
         let count = nodes.temperature.len();
         if count <= CHUNK {
-            return self.advance_chunk(nodes, time, dt);
+            #[cfg(target_arch = "x86_64")]
+            if moment.unit >= VectorUnit::Avx2 {
+                // SAFETY: `VectorUnit::best` and `available` only name what the processor was found to have.
+                return unsafe { self.advance_chunk_avx2(nodes, moment) };
+            }
+            return self.advance_chunk(nodes, moment);
         }
         let (low, high) = nodes.split_at((count / 2).next_multiple_of(64));
-        let (low, high) = if parallel {
-            rayon::join(|| self.advance_range(low, time, dt, true), || self.advance_range(high, time, dt, true))
+        let (low, high) = if moment.parallel {
+            rayon::join(|| self.advance_range(low, moment), || self.advance_range(high, moment))
         } else {
-            (self.advance_range(low, time, dt, false), self.advance_range(high, time, dt, false))
+            (self.advance_range(low, moment), self.advance_range(high, moment))
         };
         low + high
     }
 
-    fn advance_chunk(&self, mut nodes: Nodes<'_>, time: f64, dt: f64) -> Sums {
+    /// The same code, compiled for wider vectors: each operation is rounded alike.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn advance_chunk_avx2(&self, nodes: Nodes<'_>, moment: Moment) -> Sums {
+        self.advance_chunk(nodes, moment)
+    }
+
+    #[inline(always)]
+    fn advance_chunk(&self, mut nodes: Nodes<'_>, moment: Moment) -> Sums {
+        let Moment { time, dt, .. } = moment;
         let mut sums = Sums::default();
         let mut heat_lost = [0.0; BLOCK];
         let count = nodes.temperature.len();
@@ -214,7 +252,7 @@ impl Burning {
 
     /// Advances a full block in which no node burns; returns whether it was one. The same operations as for any other,
     /// without a branch a node.
-    #[inline]
+    #[inline(always)]
     fn warm_block(&self, nodes: &mut Nodes<'_>, first: usize, dt: f64, heat_lost: &mut [f64; BLOCK]) -> bool {
         macro_rules! block {
             ($($column:ident)*) => {$(
@@ -222,27 +260,40 @@ impl Burning {
                 let Ok($column) = <&[f64; BLOCK]>::try_from($column) else { return false };
             )*};
         }
-        block!(temperature fuel heat_capacity fuel_initial within lost peak_temperature burn_rate);
+        block!(temperature heat_capacity within peak_temperature);
         let capacity: [f64; BLOCK] = match self.law {
             HeatCapacityLaw::Constant => *heat_capacity,
             HeatCapacityLaw::Inverse => {
+                block!(fuel fuel_initial);
                 std::array::from_fn(|k| self.heat_capacity(heat_capacity[k], fuel[k], fuel_initial[k]))
             }
             HeatCapacityLaw::Literal => return false,
         };
+        let mut lost = [0.0; BLOCK];
+        if let Some(rates) = nodes.lost {
+            lost.copy_from_slice(&rates[first..first + BLOCK]);
+        }
         let threshold = self.ignition_temperature;
         let mut unlit = [0.0; BLOCK];
-        let mut burns = 0u64;
-        let (mut rises, mut burnt) = (0u64, 0u64);
+        let (mut rises, mut warm) = (0u64, 0u64);
         for k in 0..BLOCK {
             unlit[k] = temperature[k] + (dt * within[k] - dt * lost[k]) / capacity[k]; // Eq. 1.5
-            let cold = (temperature[k] <= threshold) & (unlit[k] <= threshold);
-            burns |= u64::from(!(cold | (fuel[k] == 0.0)));
             rises |= u64::from(unlit[k] > peak_temperature[k]);
-            burnt |= u64::from(burn_rate[k] != 0.0);
+            warm |= u64::from(!((peak_temperature[k] <= threshold) & (unlit[k] <= threshold)));
         }
-        if burns != 0 {
-            return false;
+        // Where no node has ever been over the threshold, none has burnt: no need to look at its fuel.
+        let mut burnt = 0u64;
+        if warm != 0 {
+            block!(fuel burn_rate);
+            let mut burns = 0u64;
+            for k in 0..BLOCK {
+                let cold = (temperature[k] <= threshold) & (unlit[k] <= threshold);
+                burns |= u64::from(!(cold | (fuel[k] == 0.0)));
+                burnt |= u64::from(burn_rate[k] != 0.0);
+            }
+            if burns != 0 {
+                return false;
+            }
         }
         for (sum, lost) in heat_lost.iter_mut().zip(lost) {
             *sum += dt * lost;
@@ -272,7 +323,7 @@ impl Burning {
         let threshold = self.ignition_temperature;
         for (place, i) in block.enumerate() {
             let (fuel, before) = (nodes.fuel[i], nodes.temperature[i]);
-            let lost = dt * nodes.lost[i];
+            let lost = dt * nodes.lost.map_or(0.0, |lost| lost[i]);
             heat_lost[place] += lost;
             if fuel == 0.0 && self.law == HeatCapacityLaw::Literal {
                 nodes.burn_rate[i] = 0.0;

@@ -35,9 +35,10 @@ impl Effect for Cooling {
 
     fn add_heat(&self, now: &Now<'_>, rates: &mut HeatRates) {
         let burn = &now.state.burn;
+        let lost = rates.lost();
         for i in 0..burn.len() {
             let loss = self.rate * burn.heat_capacity[i]; // Eq. 1.4
-            rates.lost[i] += loss * (burn.temperature[i] - self.ambient);
+            lost[i] += loss * (burn.temperature[i] - self.ambient);
         }
     }
 }

@@ -43,8 +43,23 @@ pub struct Now<'a> {
 pub struct HeatRates {
     /// Heat that stays within the sheet: what one node gets, another gives [W].
     pub within: Vec<f64>,
-    /// Heat that is lost to the surroundings [W].
+    /// Heat that is lost to the surroundings [W]; empty until an effect asks for it by [`HeatRates::lost`].
     pub lost: Vec<f64>,
+}
+
+impl HeatRates {
+    /// Nothing flows to any of so many nodes.
+    pub fn clear(&mut self, nodes: usize) {
+        self.within.clear();
+        self.within.resize(nodes, 0.0);
+        self.lost.clear();
+    }
+
+    /// Heat that is lost to the surroundings, to add to [W].
+    pub fn lost(&mut self) -> &mut [f64] {
+        self.lost.resize(self.within.len(), 0.0);
+        &mut self.lost
+    }
 }
 
 /// Forces on each motion node.
