@@ -21,14 +21,17 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
     "verification/burn_out": "a node is out after m0/k1, and all heat is accounted for";
     "verification/eigenmode_decay": "modes of conduction on a grid";
+    "verification/elastica": "a clamped strip sags under its own weight";
     "verification/front_direction": "front speed along an axis and along the diagonal of a grid";
     "verification/front_speed": "front speed for five thresholds and three spacings";
     "verification/front_speed_with_loss": "front speed with heat lost, and going out";
+    "verification/modulus": "a strip stretches under its own weight, along, across and between";
     "verification/momentum": "the pairwise thermal force keeps momentum, the literal one does not";
     "verification/order_of_convergence": "heat and motion are of first order in the step";
     "verification/pendulum": "period of a pendulum at 10, 45 and 90 degrees";
     "verification/spring_chain_dispersion": "standing waves of a chain of springs";
     "verification/spring_period": "period of one spring";
+    "verification/strip_frequency": "a clamped strip swings";
     "verification/strain_limit": "Provot's limit on deformation";
 };
 

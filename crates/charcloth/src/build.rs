@@ -8,10 +8,13 @@ use crate::generate;
 use crate::layout;
 use crate::mesh::SurfaceMesh;
 use crate::random::RandomField;
-use crate::scene::{Axis, Fire, Pose, Rest, Scene, Shape};
+use crate::scene::{self, Axis, Fire, Pose, Rest, Scene, Shape};
 use crate::sheet::{
-    Books, BurnEdges, BurnNodes, MotionNodes, NONE, SheetState, SpringKind, Springs, Triangles, bounds,
+    Books, BurnEdges, BurnNodes, MotionBefore, MotionNodes, NONE, RestShapes, SheetState, SpringKind, Springs,
+    Triangles, bounds,
 };
+use crate::shell::bending::Bending;
+use crate::shell::membrane::{MembraneStiffness, RestTriangle};
 use crate::simulation::{GreyImage, Inputs};
 use glam::{DMat3, DVec2, DVec3, Vec2};
 use std::collections::BTreeMap;
@@ -136,9 +139,22 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         Some(lattice) => lattice_springs(scene, &mesh, lattice),
         None => triangle_springs(scene, &mesh, &motion.rest_position, sides, &rest_area),
     };
+    let machine = machine_direction(scene, right_top);
+    let before = MotionBefore { position: motion.position.clone(), velocity: motion.velocity.clone() };
+    let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine, &scene.shell);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
-    let state = SheetState { motion, burn, burn_edges, springs, triangles, books, ..SheetState::default() };
+    let state = SheetState {
+        motion,
+        before,
+        burn,
+        burn_edges,
+        springs,
+        triangles,
+        rest: rest_shapes,
+        books,
+        ..SheetState::default()
+    };
     let mut node_of_source = vec![0; node_count];
     for (node, source) in order.iter().enumerate() {
         node_of_source[*source as usize] = node as u32;
@@ -281,6 +297,55 @@ fn rest_shape(scene: &Scene, inputs: &Inputs, mesh: &SurfaceMesh) -> Result<Rest
 
 fn triangle_sides([a, b, c]: [DVec3; 3]) -> [f64; 3] {
     [b.distance(c), c.distance(a), a.distance(b)]
+}
+
+/// The machine direction of the material, in the world.
+fn machine_direction(scene: &Scene, [right, top]: [DVec3; 2]) -> DVec3 {
+    let (sin, cos) = scene.shell.machine_direction.0.sin_cos();
+    right * cos + top * sin
+}
+
+/// The stress-free shape of each triangle: its sides, laid into the plane with the machine direction along x, and the
+/// curvature of the surface there.
+fn rest_shapes(
+    mesh: &SurfaceMesh,
+    rest_position: &[DVec3],
+    sides: &RestSides,
+    machine: DVec3,
+    material: &scene::Shell,
+) -> RestShapes {
+    let mut shapes = RestShapes::zeros(mesh.triangles.len());
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        // Where the machine direction stands on the triangle, any direction in its plane is as good.
+        let mut along = machine - normal * machine.dot(normal);
+        if along.length_squared() < 1e-6 {
+            along = normal.any_orthonormal_vector();
+        }
+        let along = along.normalize();
+        let across = normal.cross(along);
+        let start = DVec2::new((b - a).dot(along), (b - a).dot(across)).normalize_or(DVec2::X);
+        let [bc, ca, ab] = sides[t];
+        let cosine = ((ab * ab + ca * ca - bc * bc) / (2.0 * ab * ca)).clamp(-1.0, 1.0);
+        let turned = DVec2::new(cosine, (1.0 - cosine * cosine).sqrt());
+        shapes.side_1[t] = (start * ab).extend(0.0);
+        shapes.side_2[t] = (start.rotate(turned) * ca).extend(0.0);
+    }
+    let flat = rest_position.iter().all(|p| p.z == rest_position[0].z);
+    if !flat && !mesh.triangles.is_empty() {
+        let rest: Vec<RestTriangle> = (0..mesh.triangles.len())
+            .map(|t| RestTriangle::new(shapes.side_1[t].truncate(), shapes.side_2[t].truncate()))
+            .collect();
+        let stiffness = MembraneStiffness::of(material);
+        let free = vec![false; rest_position.len()];
+        let thickness = material.thickness.0;
+        let bending = Bending::lay_out(rest_position.len(), &mesh.triangles, &rest, &stiffness, thickness, &free);
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            shapes.curvature[t] = bending.curvature(t, *corners, rest_position);
+        }
+    }
+    shapes
 }
 
 /// Area of a triangle from its sides, in the stable order of Kahan's form of Heron's formula [Kahan2014] [m2].

@@ -35,7 +35,9 @@ pub mod effects;
 pub mod homogenise;
 pub mod integrators;
 pub mod kernels;
+pub mod shell;
 pub mod simulation;
+pub mod solver;
 pub mod tear;
 pub mod thermo;
 

@@ -41,7 +41,7 @@ pub static MEASURES: &[Entry<Build>] = &[
     Entry { name: "temperature", about: "temperature of `node` at the end [K]", item: temperature },
     Entry {
         name: "displacement",
-        about: "way of `node` along `direction` from where it was at the start, at the end [m]",
+        about: "way of `node`, or of the node nearest to `from`, along `direction` since the start, at the end [m]",
         item: displacement,
     },
     Entry {
@@ -81,13 +81,22 @@ fn vector(point: &Point) -> DVec3 {
     DVec3::from_array(point.map(|length| length.0))
 }
 
+/// The node that a probe names, or the one nearest to its point `from` at the start.
 fn node_of(probe: &Probe, built: &Built) -> Result<usize, Error> {
+    if let (None, Some(point)) = (probe.node, &probe.from) {
+        return Ok(nearest(&built.state.motion.position, vector(point)));
+    }
     let source = probe.node.ok_or_else(|| missing(probe, "node"))?;
     built
         .node_of_source
         .get(source as usize)
         .map(|node| *node as usize)
         .ok_or_else(|| Error::scene(format!("probe \"{}\"", probe.name), format!("there is no node {source}"), ""))
+}
+
+fn nearest(positions: &[DVec3], point: DVec3) -> usize {
+    let distance = |i: &usize| positions[*i].distance_squared(point);
+    (0..positions.len()).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
 }
 
 struct FrontSpeed {
@@ -99,11 +108,7 @@ fn front_speed(probe: &Probe, _: &Scene, built: &Built) -> Result<Box<dyn Measur
     let from = vector(probe.from.as_ref().ok_or_else(|| missing(probe, "from"))?);
     let to = vector(probe.to.as_ref().ok_or_else(|| missing(probe, "to"))?);
     let positions = &built.state.motion.position;
-    let nearest = |point: DVec3| {
-        let distance = |i: &usize| positions[*i].distance_squared(point);
-        (0..positions.len()).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
-    };
-    let nodes = [nearest(from), nearest(to)];
+    let nodes = [nearest(positions, from), nearest(positions, to)];
     let along = (to - from).normalize_or_zero();
     let distance = (positions[nodes[1]] - positions[nodes[0]]).dot(along);
     Ok(Box::new(FrontSpeed { nodes, distance }))

@@ -48,6 +48,16 @@ fields! {
 }
 
 fields! {
+    /// Where each node was a step ago, for integrators that look back.
+    pub struct MotionBefore {
+        /// Where the node was.
+        position: DVec3, "m", Copy;
+        /// How fast it moved.
+        velocity: DVec3, "m/s", Copy;
+    }
+}
+
+fields! {
     /// What burns, per node of the burn mesh.
     pub struct BurnNodes {
         /// Temperature.
@@ -132,6 +142,18 @@ fields! {
 }
 
 fields! {
+    /// The stress-free shape of each triangle of the motion mesh.
+    pub struct RestShapes {
+        /// Side from the first corner to the second, in the plane of the material: x along the machine direction, z nought.
+        side_1: DVec3, "m", Copy;
+        /// Side from the first corner to the third.
+        side_2: DVec3, "m", Copy;
+        /// Curvature without force: along the machine direction, across it, and twice the twist.
+        curvature: DVec3, "1/m", Copy;
+    }
+}
+
+fields! {
     /// The books: one row of sums since the start, and the clock.
     pub struct Books {
         /// Simulated time.
@@ -154,6 +176,8 @@ fields! {
         strain_max: f64, "1", Copy;
         /// Number the next piece gets.
         next_piece: u32, "1", Copy;
+        /// Length of the last step of motion; 0 where there was none that can be looked back on.
+        step_before: f64, "s", Copy;
         /// Momentum of the whole sheet at the start, along each axis.
         momentum_initial: DVec3, "kg m/s", Copy;
     }
@@ -184,6 +208,10 @@ pub struct SheetState {
     pub springs: Springs,
     /// The surface.
     pub triangles: Triangles,
+    /// Where nodes were a step ago.
+    pub before: MotionBefore,
+    /// Stress-free shapes of the triangles.
+    pub rest: RestShapes,
     /// Sums since the start.
     pub books: Books,
     /// From one mesh to the other.
@@ -192,13 +220,15 @@ pub struct SheetState {
 
 impl SheetState {
     /// Every table with its name.
-    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 6] {
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 8] {
         [
             ("motion", self.motion.columns()),
             ("burn", self.burn.columns()),
             ("burn_edges", self.burn_edges.columns()),
             ("springs", self.springs.columns()),
             ("triangles", self.triangles.columns()),
+            ("before", self.before.columns()),
+            ("rest", self.rest.columns()),
             ("books", self.books.columns()),
         ]
     }
@@ -211,6 +241,8 @@ impl SheetState {
         all.extend(self.burn_edges.columns_mut().into_iter().map(|(n, d)| ("burn_edges", n, d)));
         all.extend(self.springs.columns_mut().into_iter().map(|(n, d)| ("springs", n, d)));
         all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
+        all.extend(self.before.columns_mut().into_iter().map(|(n, d)| ("before", n, d)));
+        all.extend(self.rest.columns_mut().into_iter().map(|(n, d)| ("rest", n, d)));
         all.extend(self.books.columns_mut().into_iter().map(|(n, d)| ("books", n, d)));
         all
     }

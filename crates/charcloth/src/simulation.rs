@@ -198,6 +198,13 @@ impl Simulation {
         built.state.books.heat_initial[0] = burning.heat_content(&built.state.burn);
         built.state.books.momentum_initial[0] = measure::momentum(&built.state);
         let integrator = registry::find(INTEGRATORS, &scene.mechanics.integrator, "mechanics.integrator")?;
+        if integrator.name == "implicit" && scene.mechanics.moves && built.state.triangles.is_empty() {
+            return Err(Error::scene(
+                "mechanics.integrator",
+                "a shell needs a surface, and a chain has none",
+                "use sheet.shape = \"unstructured\" or \"grid\", or the integrator symplectic_euler",
+            ));
+        }
         let mut simulation = Self {
             effects: effects::of_scene(scene),
             integrator: (integrator.item)(scene),

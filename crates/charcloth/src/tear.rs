@@ -136,6 +136,7 @@ fn split_nodes(state: &mut SheetState) {
             let copy = state.motion.len() as u32;
             let burn_node = state.map.burn_node(i);
             state.motion.split(i, area / left);
+            state.before.split(i, area / left);
             state.burn.split(burn_node, area / left);
             left -= area;
             for t in &fan {

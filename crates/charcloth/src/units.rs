@@ -301,6 +301,8 @@ quantities! {
     Rate = "a rate", "1/s", [0, 0, -1, 0], "0.5 1/s";
     /// Something per kelvin [1/K].
     PerKelvin = "a number per kelvin", "1/K", [0, 0, 0, -1], "3e-4 1/K";
+    /// Modulus of elasticity, a pressure [Pa].
+    Modulus = "a pressure", "Pa", [-1, 1, -2, 0], "5 GPa";
     /// Pressure per kelvin [Pa/K].
     PressurePerKelvin = "a pressure per kelvin", "Pa/K", [-1, 1, -2, -1], "0.01 Pa/K";
     /// Force times length per kelvin of difference [N m/K]: the raw k4.

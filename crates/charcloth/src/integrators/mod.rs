@@ -1,5 +1,6 @@
 //! How the sheet moves through a step.
 
+pub mod implicit;
 pub mod symplectic_euler;
 
 use crate::effects::{Forces, SpringFactors};
@@ -17,8 +18,12 @@ pub struct Advanced {
     pub broken: usize,
     /// Largest strain of a structural or shear spring at the end.
     pub strain_max: f64,
-    /// Substep over the longest stable one.
+    /// Substep over the longest stable one; 0 for integrators that have none.
     pub courant: f64,
+    /// Iterations of the nonlinear solver, and of the linear one in all.
+    pub iterations: [u32; 2],
+    /// Whether the nonlinear solver gave up before its tolerance.
+    pub stalled: bool,
 }
 
 /// What an integrator reads of a step.
@@ -49,8 +54,15 @@ pub trait Integrator: Send {
 pub type Build = fn(&Scene) -> Box<dyn Integrator>;
 
 /// Every integrator.
-pub static INTEGRATORS: &[Entry<Build>] = &[Entry {
-    name: "symplectic_euler",
-    about: "explicit, with Provot's limit on deformation: soft sheets, many small substeps",
-    item: symplectic_euler::build,
-}];
+pub static INTEGRATORS: &[Entry<Build>] = &[
+    Entry {
+        name: "symplectic_euler",
+        about: "explicit, with Provot's limit on deformation: soft sheets, many small substeps",
+        item: symplectic_euler::build,
+    },
+    Entry {
+        name: "implicit",
+        about: "second-order backward differences of an elastic shell: paper and cloth by their moduli, few large steps",
+        item: implicit::build,
+    },
+];

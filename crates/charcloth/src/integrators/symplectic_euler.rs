@@ -74,7 +74,7 @@ impl Integrator for SymplecticEuler {
             }
         }
         self.store(state);
-        Advanced { substeps, broken, strain_max: strain_max(state), courant: dt / longest }
+        Advanced { substeps, broken, strain_max: strain_max(state), courant: dt / longest, ..Advanced::default() }
     }
 }
 

@@ -1,0 +1,378 @@
+//! Implicit motion of an elastic shell.
+//!
+//! Model: backward differences of second order for position and velocity (Eq. 12.8), each step the minimum of an energy
+//! (Eq. 12.9) that is found by Newton's method with a line search; linear systems by conjugate gradients with a multigrid
+//! preconditioner. Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
+//! motion that matters; stiffness sets no limit. Burnt sheet loses stiffness by Eq. 7.1, heat shortens lengths by
+//! the contraction of Eq. 6.3b; springs carry nothing, but where the shell's tension along one passes its strength, it breaks.
+//! Cost: a few products with a sparse matrix an iteration.
+
+use super::symplectic_euler::strain_max;
+use super::{Advanced, Integrator, Step};
+use crate::scene::{Scene, ThermalForceLaw, Threshold};
+use crate::sheet::{NONE, SheetState, SpringKind};
+use crate::shell::Shell;
+use crate::solver::StepMatrix;
+use crate::solver::blocks::sum_by_rows;
+use crate::solver::conjugate_gradients::{ConjugateGradients, Tolerance};
+use crate::solver::multigrid::Multigrid;
+use glam::DVec3;
+
+/// Most Newton iterations a step, conjugate-gradient iterations each, and halvings of an iteration's length.
+const NEWTON: usize = 20;
+const LINEAR: usize = 300;
+const HALVINGS: usize = 12;
+/// Conjugate-gradient iterations past which the preconditioner is made anew for the next Newton iteration.
+/// // tuned: a set-up costs as much as some six iterations, 10 to 60
+const STALE: usize = 0;
+/// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
+const STILL: f64 = 1e-5;
+/// Fewest nodes for which a second thread pays for its start. // tuned: 4000 to 20000
+const PARALLEL_FROM: usize = 6000;
+/// Largest change of step length over which differences of second order are taken.
+const STEADY: f64 = 1.5;
+
+struct Implicit {
+    scene: Scene,
+    topology: Option<u64>,
+    shell: Shell,
+    matrix: StepMatrix,
+    multigrid: Multigrid,
+    linear: ConjugateGradients,
+    fixed: Vec<bool>,
+    mass: Vec<f64>,
+    drag: Vec<f64>,
+    /// Mass and drag of each node, as they stand in the matrix.
+    diagonal: Vec<f64>,
+    /// Where a step of no length would end, and how fast.
+    from: Vec<DVec3>,
+    speed_from: Vec<DVec3>,
+    speed: Vec<DVec3>,
+    candidate: Vec<DVec3>,
+    position: Vec<DVec3>,
+    push: Vec<DVec3>,
+    bent: Vec<DVec3>,
+    residual: Vec<DVec3>,
+    rest_of_residual: Vec<DVec3>,
+    correction: Vec<DVec3>,
+    sums: Vec<f64>,
+    /// Connected piece of each node, and whether it hangs on nothing.
+    piece: Vec<u32>,
+    floats: Vec<bool>,
+    /// What is not in balance of each piece, and its mass and drag.
+    piece_sums: Vec<(DVec3, f64)>,
+}
+
+/// Builds the integrator.
+pub fn build(scene: &Scene) -> Box<dyn Integrator> {
+    Box::new(Implicit {
+        scene: scene.clone(),
+        topology: None,
+        shell: Shell::default(),
+        matrix: StepMatrix::default(),
+        multigrid: Multigrid::default(),
+        linear: ConjugateGradients::default(),
+        fixed: Vec::new(),
+        mass: Vec::new(),
+        drag: Vec::new(),
+        diagonal: Vec::new(),
+        from: Vec::new(),
+        speed_from: Vec::new(),
+        speed: Vec::new(),
+        candidate: Vec::new(),
+        position: Vec::new(),
+        push: Vec::new(),
+        bent: Vec::new(),
+        residual: Vec::new(),
+        rest_of_residual: Vec::new(),
+        correction: Vec::new(),
+        sums: Vec::new(),
+        piece: Vec::new(),
+        floats: Vec::new(),
+        piece_sums: Vec::new(),
+    })
+}
+
+impl Integrator for Implicit {
+    fn advance(&mut self, state: &mut SheetState, step: &Step<'_>) -> Advanced {
+        let substeps = step.substeps.unwrap_or(1).max(1);
+        let mut report = Advanced { substeps, ..Advanced::default() };
+        if self.topology != Some(step.topology) {
+            self.lay_out(state);
+            self.topology = Some(step.topology);
+        }
+        let Scene { shell: material, mechanics, thermal_force, fire, .. } = &self.scene;
+        let contraction =
+            if thermal_force.law == ThermalForceLaw::Pairwise { thermal_force.contraction.0 } else { 0.0 };
+        self.shell.update(state, material, mechanics.residual_stiffness.0, contraction, fire.ambient_temperature.0);
+        self.load(state, step);
+        let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
+        for _ in 0..substeps {
+            let dt = step.dt / f64::from(substeps);
+            let h = self.look_back(state, dt);
+            self.solve(h, material_tolerances(&self.scene), parallel, &mut report);
+            self.store(state, dt);
+        }
+        report.broken = self.break_springs(state);
+        report.strain_max = strain_max(state);
+        report
+    }
+}
+
+/// Tolerances of Newton's method and of the linear solver.
+fn material_tolerances(scene: &Scene) -> (f64, f64) {
+    (scene.shell.newton_tolerance.0, scene.shell.linear_tolerance.0)
+}
+
+impl Implicit {
+    fn lay_out(&mut self, state: &SheetState) {
+        let count = state.motion.len();
+        self.fixed.clear();
+        self.fixed.extend((0..count).map(|i| state.motion.pinned[i] != 0 || state.motion.alive[i] == 0));
+        (self.shell, self.matrix) = Shell::lay_out(state, &self.scene.shell, &self.fixed);
+        self.multigrid = Multigrid::lay_out(&self.matrix, &self.fixed);
+        self.find_pieces();
+        for buffer in [
+            &mut self.from,
+            &mut self.speed_from,
+            &mut self.speed,
+            &mut self.candidate,
+            &mut self.position,
+            &mut self.push,
+            &mut self.bent,
+            &mut self.residual,
+            &mut self.rest_of_residual,
+            &mut self.correction,
+        ] {
+            buffer.clear();
+            buffer.resize(count, DVec3::ZERO);
+        }
+    }
+
+    /// Numbers the connected pieces.
+    fn find_pieces(&mut self) {
+        let count = self.fixed.len();
+        self.piece = vec![NONE; count];
+        self.floats.clear();
+        let mut found = Vec::new();
+        for start in 0..count {
+            if self.piece[start] != NONE {
+                continue;
+            }
+            let piece = self.floats.len() as u32;
+            self.piece[start] = piece;
+            found.push(start as u32);
+            let mut floats = true;
+            while let Some(i) = found.pop() {
+                floats &= !self.fixed[i as usize];
+                for j in self.matrix.pattern.columns(i as usize) {
+                    if self.piece[*j as usize] == NONE {
+                        self.piece[*j as usize] = piece;
+                        found.push(*j);
+                    }
+                }
+            }
+            self.floats.push(floats);
+        }
+    }
+
+    /// Puts right what the linear solver has left of the momentum of pieces that hang on nothing: elastic forces cannot
+    /// change it, so the last word needs no iteration.
+    fn balance_momentum(&mut self) {
+        self.piece_sums.clear();
+        self.piece_sums.resize(self.floats.len(), (DVec3::ZERO, 0.0));
+        for (i, piece) in self.piece.iter().enumerate() {
+            let (left, mass) = &mut self.piece_sums[*piece as usize];
+            *left += self.rest_of_residual[i];
+            *mass += self.diagonal[i];
+        }
+        for (i, piece) in self.piece.iter().enumerate() {
+            if self.floats[*piece as usize] {
+                let (left, mass) = self.piece_sums[*piece as usize];
+                self.correction[i] += left / mass;
+            }
+        }
+    }
+
+    /// Takes over masses and outer forces.
+    fn load(&mut self, state: &SheetState, step: &Step<'_>) {
+        let count = state.motion.len();
+        self.mass.clear();
+        self.mass.extend((0..count).map(|i| state.mass(i)));
+        self.drag.clear();
+        self.drag.extend_from_slice(&step.forces.drag);
+        self.push.copy_from_slice(&step.forces.force);
+        for s in 0..state.springs.len() {
+            let drag = step.factors.drag[s];
+            if drag != 0.0 && state.springs.broken[s] == 0 {
+                let [i, j] = state.springs.ends[s].map(|i| i as usize);
+                let along = (state.motion.position[j] - state.motion.position[i]).normalize_or_zero();
+                self.push[i] += along * drag;
+                self.push[j] += along * drag;
+            }
+        }
+    }
+
+    /// Eq. 12.8: the step as one of implicit Euler, from a mixture of the last two states and so much shorter [s].
+    fn look_back(&mut self, state: &SheetState, dt: f64) -> f64 {
+        let before = state.books.step_before[0];
+        let ratio = if before > 0.0 { dt / before } else { f64::INFINITY };
+        let steady = (1.0 / STEADY..=STEADY).contains(&ratio);
+        let (now, then, length) = if steady {
+            let lead = (1.0 + 2.0 * ratio) / (1.0 + ratio);
+            ((1.0 + ratio) / lead, -ratio * ratio / (1.0 + ratio) / lead, 1.0 / lead)
+        } else {
+            (1.0, 0.0, 1.0)
+        };
+        for i in 0..state.motion.len() {
+            self.position[i] = state.motion.position[i];
+            if self.fixed[i] {
+                (self.from[i], self.speed_from[i], self.speed[i]) = (self.position[i], DVec3::ZERO, DVec3::ZERO);
+                continue;
+            }
+            self.from[i] = state.motion.position[i] * now + state.before.position[i] * then;
+            self.speed_from[i] = state.motion.velocity[i] * now + state.before.velocity[i] * then;
+            self.speed[i] = state.motion.velocity[i];
+        }
+        dt * length
+    }
+
+    /// Finds the velocity at the end of a step of implicit Euler.
+    fn solve(&mut self, h: f64, (newton, linear): (f64, f64), parallel: bool, report: &mut Advanced) {
+        let damping = self.scene.shell.bending_damping.0;
+        let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
+        self.candidate.copy_from_slice(&self.speed);
+        let mut energy = self.energy(h, damping, parallel);
+        let mut first_gain = 0.0;
+        let mut stale = true;
+        for iteration in 0..NEWTON {
+            self.take_residual(h, damping, parallel);
+            self.diagonal.clear();
+            self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
+            self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
+            if stale {
+                self.multigrid.set_up(&self.matrix, &self.position, parallel);
+            }
+            self.rest_of_residual.copy_from_slice(&self.residual);
+            let tolerance = Tolerance { relative: linear, energy: 0.01 * still, iterations: LINEAR };
+            let Self { matrix, multigrid, rest_of_residual, correction, .. } = self;
+            let iterations = self.linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel);
+            report.iterations[0] += 1;
+            report.iterations[1] += iterations as u32;
+            stale = iterations > STALE;
+            self.balance_momentum();
+            let Self { residual, correction, sums, .. } = self;
+            let gain =
+                sum_by_rows(residual.len(), parallel, sums, |part| part.map(|i| residual[i].dot(correction[i])).sum());
+            if iteration == 0 {
+                first_gain = gain;
+            }
+            // A shorter step where the full one does not lower the energy as it should [Armijo1966].
+            let mut length = 1.0;
+            let mut fell = false;
+            for _ in 0..HALVINGS {
+                for i in 0..self.speed.len() {
+                    self.candidate[i] = self.speed[i] + self.correction[i] * length;
+                }
+                let tried = self.energy(h, damping, parallel);
+                if tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
+                    energy = tried;
+                    fell = true;
+                    break;
+                }
+                length *= 0.5;
+            }
+            if !fell {
+                report.stalled |= gain > still;
+                self.candidate.copy_from_slice(&self.speed);
+                self.energy(h, damping, parallel);
+                return;
+            }
+            self.speed.copy_from_slice(&self.candidate);
+            if length == 1.0 && gain <= (newton * first_gain).max(still) {
+                return;
+            }
+        }
+        report.stalled = true;
+    }
+
+    /// Eq. 12.9: the energy whose minimum is the step, at the candidate velocity; forces and stiffness are there for it.
+    fn energy(&mut self, h: f64, damping: f64, parallel: bool) -> f64 {
+        for i in 0..self.position.len() {
+            if !self.fixed[i] {
+                self.position[i] = self.from[i] + self.candidate[i] * h;
+            }
+        }
+        let elastic = self.shell.respond(&self.position, parallel);
+        if damping > 0.0 {
+            self.shell.bend(&self.candidate, &mut self.bent, parallel);
+        }
+        let Self { candidate, speed_from, position, push, bent, mass, drag, sums, .. } = self;
+        let of_node = |i: usize| {
+            0.5 * mass[i] * candidate[i].distance_squared(speed_from[i])
+                + 0.5 * h * drag[i] * candidate[i].length_squared()
+                + 0.5 * h * damping * candidate[i].dot(bent[i])
+                - push[i].dot(position[i])
+        };
+        elastic + sum_by_rows(candidate.len(), parallel, sums, |part| part.map(of_node).sum())
+    }
+
+    /// What is not yet in balance at the last candidate: minus the gradient of the energy.
+    fn take_residual(&mut self, h: f64, damping: f64, parallel: bool) {
+        let Self { residual, shell, candidate, speed_from, push, bent, mass, drag, fixed, .. } = self;
+        crate::solver::blocks::by_rows(residual, parallel, |first, residual| {
+            for (k, residual) in residual.iter_mut().enumerate() {
+                let i = first + k;
+                *residual = if fixed[i] {
+                    DVec3::ZERO
+                } else {
+                    (shell.force(i) + push[i] - candidate[i] * drag[i] - bent[i] * damping) * h
+                        - (candidate[i] - speed_from[i]) * mass[i]
+                };
+            }
+        });
+    }
+
+    fn store(&self, state: &mut SheetState, dt: f64) {
+        for i in 0..state.motion.len() {
+            state.before.position[i] = state.motion.position[i];
+            state.before.velocity[i] = state.motion.velocity[i];
+            state.motion.position[i] = self.position[i];
+            state.motion.velocity[i] = self.speed[i];
+        }
+        state.books.step_before[0] = dt;
+    }
+
+    /// Breaks the springs along which the shell is pulled harder than it can bear (Eq. 9.1). Returns their number.
+    fn break_springs(&self, state: &mut SheetState) -> usize {
+        let mechanics = &self.scene.mechanics;
+        if mechanics.strength.0 <= 0.0 {
+            return 0;
+        }
+        let mut broken = 0;
+        for s in 0..state.springs.len() {
+            if state.springs.broken[s] != 0 || state.springs.kind[s] != SpringKind::Structural as u8 {
+                continue;
+            }
+            let ends = state.springs.ends[s];
+            let carriers = state.springs.carriers[s].into_iter().filter(|t| *t != NONE);
+            let (sum, count) = carriers
+                .filter_map(|t| self.shell.tension_along(t, ends))
+                .fold((0.0, 0.0), |(sum, count), tension| (sum + tension, count + 1.0));
+            let left = match mechanics.threshold {
+                Threshold::Scaled => {
+                    let [i, j] = ends.map(|i| state.map.burn_node(i as usize));
+                    let burn = &state.burn;
+                    let left = (burn.fuel[i] + burn.fuel[j]) / (burn.fuel_initial[i] + burn.fuel_initial[j]);
+                    mechanics.residual_stiffness.0 + (1.0 - mechanics.residual_stiffness.0) * left
+                }
+                Threshold::Fixed => 1.0,
+            };
+            if count > 0.0 && sum / count > mechanics.strength.0 * left {
+                state.springs.broken[s] = 1;
+                broken += 1;
+            }
+        }
+        broken
+    }
+}

@@ -1,0 +1,413 @@
+//! Bending of a triangulated sheet, from the places of its nodes alone.
+//!
+//! Model: constant curvature a triangle from the slopes at the middles of its edges, as in Morley's plate element
+//! [Morley1971]; the slope at an edge is that of the quadratic through the nodes around it (Eq. 12.4 to 12.7). It is exact
+//! for constant curvature and conforms on average, so it converges on any mesh, where energies of angles between
+//! triangles do not. Valid when: the sheet is nearly inextensible, for which second derivatives of position are
+//! curvatures; then the energy is quadratic, and its matrix constant. Cost: a sparse matrix with some 33 numbers a row.
+
+use super::membrane::{MembraneStiffness, RestTriangle};
+use crate::solver::blocks::{Pattern, by_rows};
+use glam::{DMat3, DVec2, DVec3};
+
+/// Most nodes around an edge: two triangles and their four other neighbours.
+const AROUND_EDGE: usize = 8;
+/// Weight of the damping of quadratic conditions that the nodes around an edge cannot meet.
+/// // tuned: small against the least eigenvalue of a sound patch, some 0.01; 1e-6 to 1e-3
+const SOFT: f64 = 1e-4;
+
+/// Bending of a surface.
+#[derive(Default)]
+pub struct Bending {
+    /// Which nodes off the diagonal bend with each node, and how strongly [N/m].
+    pub pattern: Pattern,
+    /// Values of the pattern.
+    pub value: Vec<f64>,
+    /// The diagonal [N/m].
+    pub diagonal: Vec<f64>,
+    /// Force towards flat on each node [N].
+    pub force: Vec<DVec3>,
+    /// Force towards the rest curvature [N].
+    pub rest_force: Vec<DVec3>,
+    /// Energy of the rest curvature [J].
+    pub rest_energy: f64,
+    /// For each triangle, the nodes that tell its curvature.
+    patch: Pattern,
+    /// How much each of them does, as (xx, yy, 2 xy) [1/m2].
+    weight: Vec<DVec3>,
+    /// Rigidity of each triangle times its area, in material axes [N m3].
+    rigidity: Vec<DMat3>,
+    /// Stiffness left, by which the values were made.
+    left: Vec<f64>,
+    /// Rigidity times area times rest curvature [N m2].
+    moment: Vec<DVec3>,
+    curved: bool,
+    /// Where the products of each triangle's nodes go: in `value`, or past its end in `diagonal`.
+    places: Vec<u32>,
+}
+
+/// The edge opposite to each corner of each triangle: the triangle across and its corner there.
+type Across = Vec<[Option<(u32, u8)>; 3]>;
+
+impl Bending {
+    /// Lays bending out for a surface.
+    pub fn lay_out(
+        nodes: usize,
+        corners: &[[u32; 3]],
+        rest: &[RestTriangle],
+        stiffness: &MembraneStiffness,
+        thickness: f64,
+        fixed: &[bool],
+    ) -> Self {
+        let surface = Surface {
+            corners,
+            rest,
+            across: &across_edges(corners),
+            held: &corners.iter().map(|corners| corners.iter().all(|i| fixed[*i as usize])).collect::<Vec<_>>(),
+        };
+        let plate = thickness * thickness / 12.0; // Eq. 12.6
+        let plate = DMat3::from_cols(
+            DVec3::new(stiffness.q11, stiffness.q12, 0.0),
+            DVec3::new(stiffness.q12, stiffness.q22, 0.0),
+            DVec3::new(0.0, 0.0, stiffness.q66),
+        ) * plate;
+        let mut patch = Pattern { first: vec![0], column: Vec::new() };
+        let (mut weight, mut rigidity) = (Vec::new(), Vec::new());
+        for t in 0..corners.len() {
+            let Curvature { nodes, weights, free } = curvature(t, &surface);
+            let mut reduced = plate;
+            for bent in free {
+                // No moment at a free edge: what the rest of the triangle leaves open takes the least energy.
+                let across = reduced * bent;
+                let along = bent.dot(across);
+                if along > 1e-9 * plate.x_axis.x.max(plate.y_axis.y) * bent.length_squared() {
+                    let outer = DMat3::from_cols(across * across.x, across * across.y, across * across.z);
+                    reduced -= outer * (1.0 / along);
+                }
+            }
+            patch.column.extend_from_slice(&nodes);
+            patch.first.push(patch.column.len() as u32);
+            weight.extend_from_slice(&weights);
+            rigidity.push(reduced * rest[t].area);
+        }
+        let mut rows: Vec<Vec<u32>> = vec![Vec::new(); nodes];
+        for t in 0..corners.len() {
+            for i in patch.columns(t) {
+                rows[*i as usize].extend(patch.columns(t).iter().filter(|j| *j != i));
+            }
+        }
+        let pattern = Pattern::from_rows(rows.into_iter());
+        let mut places = Vec::new();
+        for t in 0..corners.len() {
+            for i in patch.columns(t) {
+                for j in patch.columns(t) {
+                    let place = pattern.find(*i as usize, *j).unwrap_or(pattern.blocks() + *i as usize);
+                    places.push(place as u32);
+                }
+            }
+        }
+        Self {
+            value: vec![0.0; pattern.blocks()],
+            diagonal: vec![0.0; nodes],
+            force: vec![DVec3::ZERO; nodes],
+            rest_force: vec![DVec3::ZERO; nodes],
+            rest_energy: 0.0,
+            left: vec![1.0; corners.len()],
+            moment: vec![DVec3::ZERO; corners.len()],
+            curved: false,
+            pattern,
+            patch,
+            weight,
+            rigidity,
+            places,
+        }
+    }
+
+    /// Fills in the matrix, for so much stiffness left of each triangle (Eq. 12.7).
+    pub fn assemble(&mut self, left: impl Fn(usize) -> f64) {
+        self.value.fill(0.0);
+        self.diagonal.fill(0.0);
+        let off_diagonal = self.value.len();
+        let mut places = self.places.iter();
+        for t in 0..self.rigidity.len() {
+            self.left[t] = left(t);
+            let weights = &self.weight[self.patch.row(t)];
+            for a in weights {
+                let bent = self.rigidity[t] * *a * self.left[t];
+                for (b, place) in weights.iter().zip(places.by_ref()) {
+                    let place = *place as usize;
+                    let value = if place < off_diagonal {
+                        &mut self.value[place]
+                    } else {
+                        &mut self.diagonal[place - off_diagonal]
+                    };
+                    *value += bent.dot(*b);
+                }
+            }
+        }
+    }
+
+    /// Sets the curvature that a triangle has without force, as (xx, yy, 2 xy) [1/m].
+    pub fn set_rest_curvature(&mut self, t: usize, curvature: DVec3) {
+        self.moment[t] = self.rigidity[t] * curvature * self.left[t];
+        self.curved |= curvature != DVec3::ZERO;
+    }
+
+    /// Curvature of a triangle at these positions, along its normal, as (xx, yy, 2 xy) [1/m].
+    pub fn curvature(&self, t: usize, corners: [u32; 3], position: &[DVec3]) -> DVec3 {
+        let [a, b, c] = corners.map(|i| position[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let patch = self.patch.columns(t).iter().zip(&self.weight[self.patch.row(t)]);
+        patch.map(|(i, weight)| *weight * position[*i as usize].dot(normal)).sum()
+    }
+
+    /// Works out the forces at these positions.
+    pub fn respond(&mut self, position: &[DVec3], corners: &[[u32; 3]], parallel: bool) {
+        let Self { pattern, value, diagonal, force, .. } = self;
+        by_rows(force, parallel, |first, force| {
+            for (k, force) in force.iter_mut().enumerate() {
+                let i = first + k;
+                let mut sum = position[i] * -diagonal[i];
+                for m in pattern.row(i) {
+                    sum -= position[pattern.column[m] as usize] * value[m];
+                }
+                *force = sum;
+            }
+        });
+        self.rest_energy = 0.0;
+        if !self.curved {
+            return;
+        }
+        self.rest_force.fill(DVec3::ZERO);
+        for (t, moment) in self.moment.iter().enumerate() {
+            let [a, b, c] = corners[t].map(|i| position[i as usize]);
+            let (u, v) = (b - a, c - a);
+            let cross = u.cross(v);
+            let double_area = cross.length();
+            if double_area == 0.0 {
+                continue;
+            }
+            let normal = cross / double_area;
+            let mut bent = DVec3::ZERO;
+            for (i, weight) in self.patch.columns(t).iter().zip(&self.weight[self.patch.row(t)]) {
+                let pull = moment.dot(*weight);
+                bent += position[*i as usize] * pull;
+                self.rest_force[*i as usize] += normal * pull;
+            }
+            self.rest_energy -= bent.dot(normal);
+            let tangential = (bent - normal * bent.dot(normal)) / double_area;
+            let (second, third) = (v.cross(tangential), tangential.cross(u));
+            self.rest_force[corners[t][0] as usize] -= second + third;
+            self.rest_force[corners[t][1] as usize] += second;
+            self.rest_force[corners[t][2] as usize] += third;
+        }
+    }
+}
+
+/// Finds the triangle across each edge. Edges of one triangle, or of more than two, are free.
+fn across_edges(corners: &[[u32; 3]]) -> Across {
+    let mut edges = Vec::with_capacity(3 * corners.len());
+    for (t, corners) in corners.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            edges.push((a.min(b), a.max(b), t as u32, k as u8));
+        }
+    }
+    edges.sort_unstable();
+    let mut across: Across = vec![[None; 3]; corners.len()];
+    for pair in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        if let [(_, _, t, k), (_, _, u, l)] = *pair {
+            across[t as usize][k as usize] = Some((u, l));
+            across[u as usize][l as usize] = Some((t, k));
+        }
+    }
+    across
+}
+
+/// The surface that bends.
+#[derive(Clone, Copy)]
+struct Surface<'a> {
+    corners: &'a [[u32; 3]],
+    rest: &'a [RestTriangle],
+    across: &'a Across,
+    /// Triangles with all three nodes fixed: what joins them is clamped.
+    held: &'a [bool],
+}
+
+/// What tells the curvature of a triangle.
+struct Curvature {
+    nodes: Vec<u32>,
+    weights: Vec<DVec3>,
+    /// Curvature that a slope at each free edge would give.
+    free: Vec<DVec3>,
+}
+
+/// Eq. 12.5: the curvature of a triangle from the slopes at its edges and within.
+fn curvature(t: usize, surface: &Surface<'_>) -> Curvature {
+    let Surface { corners, rest, across, .. } = *surface;
+    let RestTriangle { side: [u, v], gradient: [g1, g2], area } = rest[t];
+    let place = [DVec2::ZERO, u, v];
+    let gradient = [-(g1 + g2), g1, g2];
+    let mut nodes: Vec<u32> = Vec::with_capacity(12);
+    let mut weights: Vec<DVec3> = Vec::with_capacity(12);
+    let mut free = Vec::new();
+    let mut add = |node: u32, weight: DVec3| match nodes.iter().position(|known| *known == node) {
+        Some(k) => weights[k] += weight,
+        None => {
+            nodes.push(node);
+            weights.push(weight);
+        }
+    };
+    for k in 0..3 {
+        let (from, to) = (place[(k + 1) % 3], place[(k + 2) % 3]);
+        // The outward normal, whichever way round the material axes have the triangle.
+        let outward = -gradient[k].normalize();
+        let bent = DVec3::new(outward.x * outward.x, outward.y * outward.y, 2.0 * outward.x * outward.y)
+            * (from.distance(to) / area);
+        if across[t][k].is_none() {
+            free.push(bent);
+            continue;
+        }
+        for (node, slope) in slope_at_edge(t, k, surface) {
+            add(node, bent * slope);
+        }
+        for j in 0..3 {
+            add(corners[t][j], bent * -outward.dot(gradient[j]));
+        }
+    }
+    Curvature { nodes, weights, free }
+}
+
+/// Eq. 12.4: weights of the nodes around an edge in the outward slope at its middle. They are exact for quadratics and as
+/// small as can be. The mirrored edge of the triangle across gets the same weights with the other sign, so that the two
+/// agree.
+fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Vec<(u32, f64)> {
+    let Surface { corners, rest, across, held } = *surface;
+    let (other, l) = across[t][k].expect("an inner edge");
+    if held[t] {
+        // A clamp has the slope of what it holds.
+        let [g1, g2] = rest[t].gradient;
+        let gradient = [-(g1 + g2), g1, g2];
+        let outward = -gradient[k].normalize();
+        return (0..3).map(|j| (corners[t][j], outward.dot(gradient[j]))).collect();
+    }
+    if (other as usize) < t || held[other as usize] {
+        let mut weights = slope_at_edge(other as usize, l as usize, surface);
+        weights.iter_mut().for_each(|(_, weight)| *weight = -*weight);
+        return weights;
+    }
+    // The surroundings, unfolded into the plane of the triangle.
+    let [u, v] = rest[t].side;
+    let place = [DVec2::ZERO, u, v];
+    let mut around: Vec<(u32, DVec2)> = (0..3).map(|j| (corners[t][j], place[j])).collect();
+    let mut unfolded = [DVec2::ZERO; 3];
+    for j in 0..3 {
+        let Some((next, corner)) = across[t][j] else { continue };
+        let placed = unfold(
+            next as usize,
+            corner as usize,
+            corners,
+            rest,
+            |i| place[corners[t].iter().position(|known| *known == i).expect("a corner of both")],
+            place[j],
+        );
+        if j == k {
+            unfolded = placed;
+        }
+        add_place(&mut around, corners[next as usize][corner as usize], placed[corner as usize]);
+    }
+    let own = other as usize;
+    for j in (0..3).filter(|j| *j != l as usize) {
+        let Some((next, corner)) = across[own][j] else { continue };
+        let placed = unfold(
+            next as usize,
+            corner as usize,
+            corners,
+            rest,
+            |i| unfolded[corners[own].iter().position(|known| *known == i).expect("a corner of both")],
+            unfolded[j],
+        );
+        add_place(&mut around, corners[next as usize][corner as usize], placed[corner as usize]);
+    }
+    let (from, to) = (place[(k + 1) % 3], place[(k + 2) % 3]);
+    let middle = 0.5 * (from + to);
+    let along = to - from;
+    let mut outward = DVec2::new(along.y, -along.x).normalize();
+    if outward.dot(place[k] - middle) > 0.0 {
+        outward = -outward;
+    }
+    let length = along.length().max((rest[t].area + rest[own].area).sqrt());
+    let points: Vec<DVec2> = around.iter().map(|(_, p)| (*p - middle) / length).collect();
+    let weights = quadratic_slope(&points, outward / length);
+    around.into_iter().map(|(node, _)| node).zip(weights).collect()
+}
+
+fn add_place(around: &mut Vec<(u32, DVec2)>, node: u32, place: DVec2) {
+    if around.len() < AROUND_EDGE && around.iter().all(|(known, _)| *known != node) {
+        around.push((node, place));
+    }
+}
+
+/// Lays a triangle flat against an edge that already lies, on the side away from `behind`; `corner` is the one not on the
+/// edge.
+fn unfold(
+    t: usize,
+    corner: usize,
+    corners: &[[u32; 3]],
+    rest: &[RestTriangle],
+    lies: impl Fn(u32) -> DVec2,
+    behind: DVec2,
+) -> [DVec2; 3] {
+    let [u, v] = rest[t].side;
+    let own = [DVec2::ZERO, u, v];
+    let (a, b) = ((corner + 1) % 3, (corner + 2) % 3);
+    let (from, to) = (lies(corners[t][a]), lies(corners[t][b]));
+    let side = own[b] - own[a];
+    let arm = own[corner] - own[a];
+    let (along, height) = (arm.dot(side) / side.length_squared(), side.perp_dot(arm).abs() / side.length());
+    let direction = to - from;
+    let mut normal = direction.perp().normalize();
+    if normal.dot(behind - from) > 0.0 {
+        normal = -normal;
+    }
+    let mut placed = [DVec2::ZERO; 3];
+    placed[a] = from;
+    placed[b] = to;
+    placed[corner] = from + direction * along + normal * height;
+    placed
+}
+
+/// Weights c of least norm with sum c = 0, sum c p = slope and sum c p p = 0; the last as nearly as the points allow.
+fn quadratic_slope(points: &[DVec2], slope: DVec2) -> Vec<f64> {
+    let rows: Vec<[f64; 6]> =
+        points.iter().map(|p| [1.0, p.x, p.y, p.x * p.x, 2f64.sqrt() * p.x * p.y, p.y * p.y]).collect();
+    let mut system = [[0.0; 7]; 6];
+    for (r, line) in system.iter_mut().enumerate() {
+        for c in 0..6 {
+            line[c] = rows.iter().map(|row| row[r] * row[c]).sum();
+        }
+        if r >= 3 {
+            line[r] += SOFT;
+        }
+    }
+    system[1][6] = slope.x;
+    system[2][6] = slope.y;
+    for pivot in 0..6 {
+        let best =
+            (pivot..6).max_by(|a, b| system[*a][pivot].abs().total_cmp(&system[*b][pivot].abs())).unwrap_or(pivot);
+        system.swap(pivot, best);
+        let head = system[pivot];
+        for line in system.iter_mut().skip(pivot + 1) {
+            let factor = line[pivot] / head[pivot];
+            for c in pivot..7 {
+                line[c] -= factor * head[c];
+            }
+        }
+    }
+    let mut multiplier = [0.0; 6];
+    for r in (0..6).rev() {
+        let known: f64 = (r + 1..6).map(|c| system[r][c] * multiplier[c]).sum();
+        multiplier[r] = (system[r][6] - known) / system[r][r];
+    }
+    rows.iter().map(|row| (0..6).map(|r| row[r] * multiplier[r]).sum()).collect()
+}

@@ -1,0 +1,239 @@
+//! The sheet as a thin elastic shell: triangles that resist stretching and shear, patches that resist bending.
+//!
+//! Moduli are of the material, so nothing here depends on the mesh. Rest shapes and rest curvatures are state.
+
+pub mod bending;
+pub mod membrane;
+
+use crate::scene;
+use crate::sheet::SheetState;
+use crate::solver::StepMatrix;
+use crate::solver::blocks::{Pattern, by_block_rows, by_rows, sum_by_rows};
+use bending::Bending;
+use glam::{DMat3, DVec2, DVec3};
+use membrane::{MembraneStiffness, Response, RestTriangle, respond};
+use rayon::prelude::*;
+
+/// "No such triangle" in the sources of a block.
+const NONE: u32 = u32::MAX;
+/// Triangles that one thread takes at a time.
+const TRIANGLES_A_TASK: usize = 1024;
+/// Steps in which bending follows the loss of stiffness: each change takes all of the bending matrix anew.
+const BENDING_STEPS: f64 = 64.0;
+/// Part of its length to which heat shrinks a side at most. // tuned: charred paper keeps 70 %, 0.3 to 0.7
+const SHORTEST: f64 = 0.4;
+
+/// A shell laid out for a topology. All of it follows from the state.
+#[derive(Default)]
+pub struct Shell {
+    /// Live triangles, by number, and their corners.
+    triangles: Vec<u32>,
+    corners: Vec<[u32; 3]>,
+    rest: Vec<RestTriangle>,
+    stiffness: Vec<MembraneStiffness>,
+    responses: Vec<Response>,
+    /// Corners of triangles at each node: triangle times four and corner.
+    at_node: Pattern,
+    /// For each block off the diagonal, the two responses it is the sum of: triangle times eight, pair of corners times
+    /// two, and whether it is transposed.
+    sources: Vec<[u32; 2]>,
+    bending: Bending,
+    /// Stiffness left of each triangle, in steps, as the bending matrix has it.
+    bending_steps: Vec<u8>,
+    sums: Vec<f64>,
+}
+
+impl Shell {
+    /// Lays the shell out for the live triangles of a sheet, and the matrix of its steps.
+    pub fn lay_out(state: &SheetState, material: &scene::Shell, fixed: &[bool]) -> (Self, StepMatrix) {
+        let nodes = state.motion.len();
+        let triangles: Vec<u32> =
+            (0..state.triangles.len()).filter(|t| state.triangles.alive[*t] != 0).map(|t| t as u32).collect();
+        let corners: Vec<[u32; 3]> = triangles.iter().map(|t| state.triangles.corners[*t as usize]).collect();
+        let rest: Vec<RestTriangle> =
+            triangles.iter().map(|t| RestTriangle::new(rest_side(state, 1, *t), rest_side(state, 2, *t))).collect();
+        let mut neighbours: Vec<Vec<u32>> = (0..nodes as u32).map(|i| vec![i]).collect();
+        let mut at_node: Vec<Vec<u32>> = vec![Vec::new(); nodes];
+        for (t, corners) in corners.iter().enumerate() {
+            for (a, i) in corners.iter().enumerate() {
+                neighbours[*i as usize].extend_from_slice(corners);
+                at_node[*i as usize].push((4 * t + a) as u32);
+            }
+        }
+        let pattern = Pattern::from_rows(neighbours.into_iter());
+        let mut sources = vec![[NONE; 2]; pattern.blocks()];
+        for (t, corners) in corners.iter().enumerate() {
+            for a in 0..3 {
+                for b in (0..3).filter(|b| *b != a) {
+                    let block = pattern.find(corners[a] as usize, corners[b]).expect("the pattern holds every edge");
+                    let pair = if a.min(b) == 0 { a.max(b) - 1 } else { 2 };
+                    let source = &mut sources[block];
+                    // An edge of more than two triangles keeps the last two: such surfaces are cut open on import.
+                    source[usize::from(source[0] != NONE)] = (8 * t + 2 * pair + usize::from(a > b)) as u32;
+                }
+            }
+        }
+        let material_stiffness = MembraneStiffness::of(material);
+        let bending = Bending::lay_out(nodes, &corners, &rest, &material_stiffness, material.thickness.0, fixed);
+        let shell = Self {
+            stiffness: vec![MembraneStiffness::default(); triangles.len()],
+            responses: vec![Response::default(); triangles.len()],
+            bending_steps: Vec::new(),
+            at_node: Pattern::from_rows(at_node.into_iter()),
+            triangles,
+            corners,
+            rest,
+            sources,
+            bending,
+            sums: Vec::new(),
+        };
+        let matrix = StepMatrix::zeros(pattern, shell.bending.pattern.clone());
+        (shell, matrix)
+    }
+
+    /// Takes over stiffness and rest shapes from the state. `contraction` is what heat takes off lengths [1/K], over
+    /// `ambient` [K].
+    pub fn update(
+        &mut self,
+        state: &SheetState,
+        material: &scene::Shell,
+        residual: f64,
+        contraction: f64,
+        ambient: f64,
+    ) {
+        let whole = MembraneStiffness::of(material);
+        let mut steps = Vec::with_capacity(self.triangles.len());
+        for (k, corners) in self.corners.iter().enumerate() {
+            let left = stiffness_left(state, *corners, residual);
+            self.stiffness[k] = whole.scaled(left);
+            let rise =
+                corners.iter().map(|i| state.burn.temperature[state.map.burn_node(*i as usize)]).sum::<f64>() / 3.0;
+            let scale = (1.0 - contraction * (rise - ambient)).clamp(SHORTEST, 1.0 / SHORTEST);
+            let t = self.triangles[k];
+            self.rest[k] = RestTriangle::new(scale * rest_side(state, 1, t), scale * rest_side(state, 2, t));
+            steps.push((left * BENDING_STEPS).ceil() as u8);
+        }
+        if steps != self.bending_steps {
+            self.bending.assemble(|t| f64::from(steps[t]) / BENDING_STEPS);
+            self.bending_steps = steps;
+        }
+        for (k, t) in self.triangles.iter().enumerate() {
+            self.bending.set_rest_curvature(k, state.rest.curvature[*t as usize]);
+        }
+    }
+
+    /// Works out forces and stiffness at these positions, and the elastic energy [J].
+    pub fn respond(&mut self, position: &[DVec3], parallel: bool) -> f64 {
+        let Self { corners, rest, stiffness, responses, bending, sums, .. } = self;
+        let part = |first: usize, responses: &mut [Response]| {
+            for (k, response) in responses.iter_mut().enumerate() {
+                let t = first + k;
+                *response = respond(&rest[t], &stiffness[t], corners[t].map(|i| position[i as usize]));
+            }
+        };
+        if parallel {
+            let tasks = responses.par_chunks_mut(TRIANGLES_A_TASK).enumerate();
+            tasks.for_each(|(task, responses)| part(task * TRIANGLES_A_TASK, responses));
+        } else {
+            part(0, responses);
+        }
+        let stretching = sum_by_rows(responses.len(), parallel, sums, |part| part.map(|t| responses[t].energy).sum());
+        bending.respond(position, corners, parallel);
+        let bent = sum_by_rows(position.len(), parallel, sums, |part| {
+            part.map(|i| -0.5 * position[i].dot(bending.force[i])).sum()
+        });
+        stretching + bent + bending.rest_energy
+    }
+
+    /// Elastic force on a node, as of the last response [N].
+    #[inline]
+    pub fn force(&self, node: usize) -> DVec3 {
+        let mut force = self.bending.force[node] + self.bending.rest_force[node];
+        for place in self.at_node.columns(node) {
+            let [second, third] = self.responses[(place / 4) as usize].force;
+            force += match place % 4 {
+                0 => -(second + third),
+                1 => second,
+                _ => third,
+            };
+        }
+        force
+    }
+
+    /// Fills in the matrix M + a K + b B, K that of the membrane and B that of bending, as of the last response. `mass` is
+    /// the diagonal M; fixed nodes are left out.
+    pub fn assemble(&self, matrix: &mut StepMatrix, mass: &[f64], [a, b]: [f64; 2], fixed: &[bool], parallel: bool) {
+        let StepMatrix { pattern, blocks, diagonal, ties, tie } = matrix;
+        by_block_rows(pattern, blocks, parallel, |i, row| {
+            let first = pattern.first[i] as usize;
+            let own = diagonal[i] as usize - first;
+            if fixed[i] {
+                row.fill(DMat3::ZERO);
+                row[own] = DMat3::IDENTITY;
+                return;
+            }
+            let mut sum = DMat3::ZERO;
+            for (k, block) in row.iter_mut().enumerate() {
+                if k == own {
+                    continue;
+                }
+                let mut total = DMat3::ZERO;
+                for source in self.sources[first + k] {
+                    if source != NONE {
+                        let response = &self.responses[(source / 8) as usize].stiffness[(source / 2 % 4) as usize];
+                        total += if source % 2 == 1 { response.transpose() } else { *response };
+                    }
+                }
+                sum -= total;
+                *block = if fixed[pattern.column[first + k] as usize] { DMat3::ZERO } else { total * a };
+            }
+            row[own] = sum * a + DMat3::from_diagonal(DVec3::splat(mass[i] + self.bending.diagonal[i] * b));
+        });
+        by_block_rows(ties, tie, parallel, |i, row| {
+            let first = ties.first[i] as usize;
+            for (k, tie) in row.iter_mut().enumerate() {
+                let free = !fixed[i] && !fixed[ties.column[first + k] as usize];
+                *tie = if free { self.bending.value[first + k] * b } else { 0.0 };
+            }
+        });
+    }
+
+    /// Tension per width along the line between two corners of a live triangle [N/m], as of the last response; `t` is its
+    /// number in the sheet.
+    pub fn tension_along(&self, t: u32, ends: [u32; 2]) -> Option<f64> {
+        let k = self.triangles.binary_search(&t).ok()?;
+        let [u, v] = self.rest[k].side;
+        let place = |i: u32| Some([DVec2::ZERO, u, v][self.corners[k].iter().position(|corner| *corner == i)?]);
+        let direction = (place(ends[1])? - place(ends[0])?).normalize();
+        let [along, across, shear] = self.responses[k].tension;
+        let (x, y) = (direction.x, direction.y);
+        Some(along * x * x + across * y * y + 2.0 * shear * x * y)
+    }
+
+    /// Product of the bending matrix with a field of the nodes, for damping.
+    pub fn bend(&self, x: &[DVec3], y: &mut [DVec3], parallel: bool) {
+        let Bending { pattern, value, diagonal, .. } = &self.bending;
+        by_rows(y, parallel, |first, y| {
+            for (k, y) in y.iter_mut().enumerate() {
+                let i = first + k;
+                *y = x[i] * diagonal[i];
+                for m in pattern.row(i) {
+                    *y += x[pattern.column[m] as usize] * value[m];
+                }
+            }
+        });
+    }
+}
+
+fn rest_side(state: &SheetState, side: u8, t: u32) -> DVec2 {
+    let column = if side == 1 { &state.rest.side_1 } else { &state.rest.side_2 };
+    column[t as usize].truncate()
+}
+
+/// Stiffness that burning has left of a triangle, 1 for the unburnt sheet (Eq. 7.1, over the three corners).
+pub fn stiffness_left(state: &SheetState, corners: [u32; 3], residual: f64) -> f64 {
+    let nodes = corners.map(|i| state.map.burn_node(i as usize));
+    let fuel: f64 = nodes.iter().map(|i| state.burn.fuel[*i]).sum();
+    let initial: f64 = nodes.iter().map(|i| state.burn.fuel_initial[*i]).sum();
+    residual + (1.0 - residual) * fuel / initial
+}

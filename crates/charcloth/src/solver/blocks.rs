@@ -1,0 +1,182 @@
+//! Sparse matrices of 3 x 3 blocks: rows are nodes, in the order of the mesh.
+
+use glam::{Mat3A, Vec3A};
+use rayon::prelude::*;
+
+/// Rows that one thread takes at a time. Fixed, so that the work is cut up alike on any number of threads.
+pub const ROWS_A_TASK: usize = 1024;
+
+/// Which blocks of a matrix are there: for each row, the columns in rising order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pattern {
+    /// First block of each row, and the end.
+    pub first: Vec<u32>,
+    /// Column of each block.
+    pub column: Vec<u32>,
+}
+
+impl Pattern {
+    /// From lists of columns, which are sorted and freed of repeats.
+    pub fn from_rows(rows: impl Iterator<Item = Vec<u32>>) -> Self {
+        let mut pattern = Self { first: vec![0], column: Vec::new() };
+        for mut columns in rows {
+            columns.sort_unstable();
+            columns.dedup();
+            pattern.column.extend_from_slice(&columns);
+            pattern.first.push(pattern.column.len() as u32);
+        }
+        pattern
+    }
+
+    /// So many rows with nothing in them.
+    pub fn empty(rows: usize) -> Self {
+        Self { first: vec![0; rows + 1], column: Vec::new() }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.first.len().saturating_sub(1)
+    }
+
+    /// Number of blocks.
+    pub fn blocks(&self) -> usize {
+        self.column.len()
+    }
+
+    /// Blocks of a row.
+    #[inline(always)]
+    pub fn row(&self, i: usize) -> std::ops::Range<usize> {
+        self.first[i] as usize..self.first[i + 1] as usize
+    }
+
+    /// Columns of a row.
+    #[inline(always)]
+    pub fn columns(&self, i: usize) -> &[u32] {
+        &self.column[self.row(i)]
+    }
+
+    /// The block at a row and column, if there.
+    pub fn find(&self, i: usize, j: u32) -> Option<usize> {
+        self.columns(i).binary_search(&j).ok().map(|k| self.first[i] as usize + k)
+    }
+
+    /// The pattern of the transpose, and for each of its blocks the block it comes from.
+    pub fn transposed(&self, columns: usize) -> (Self, Vec<u32>) {
+        let mut first = vec![0u32; columns + 1];
+        self.column.iter().for_each(|j| first[*j as usize + 1] += 1);
+        for j in 0..columns {
+            first[j + 1] += first[j];
+        }
+        let mut next = first.clone();
+        let (mut column, mut origin) = (vec![0; self.blocks()], vec![0; self.blocks()]);
+        for i in 0..self.rows() {
+            for k in self.row(i) {
+                let place = &mut next[self.column[k] as usize];
+                column[*place as usize] = i as u32;
+                origin[*place as usize] = k as u32;
+                *place += 1;
+            }
+        }
+        (Self { first, column }, origin)
+    }
+}
+
+/// Runs `work(first row, its part of the output)` over rows, in tasks of fixed size.
+pub fn by_rows<T: Send>(output: &mut [T], parallel: bool, work: impl Fn(usize, &mut [T]) + Sync) {
+    if parallel && output.len() > ROWS_A_TASK {
+        output.par_chunks_mut(ROWS_A_TASK).enumerate().for_each(|(task, part)| work(task * ROWS_A_TASK, part));
+    } else {
+        work(0, output);
+    }
+}
+
+/// Runs `work(row, its blocks)` over the rows of a matrix, in tasks that hold about equally many blocks.
+pub fn by_block_rows<T: Send>(
+    pattern: &Pattern,
+    blocks: &mut [T],
+    parallel: bool,
+    work: impl Fn(usize, &mut [T]) + Sync,
+) {
+    fn part<T: Send>(
+        pattern: &Pattern,
+        rows: std::ops::Range<usize>,
+        blocks: &mut [T],
+        parallel: bool,
+        work: &(impl Fn(usize, &mut [T]) + Sync),
+    ) {
+        if !parallel || rows.len() <= 256 {
+            let base = pattern.first[rows.start] as usize;
+            for i in rows {
+                let row = pattern.row(i);
+                work(i, &mut blocks[row.start - base..row.end - base]);
+            }
+            return;
+        }
+        let middle = rows.start + rows.len() / 2;
+        let (low, high) = blocks.split_at_mut((pattern.first[middle] - pattern.first[rows.start]) as usize);
+        rayon::join(
+            || part(pattern, rows.start..middle, low, true, work),
+            || part(pattern, middle..rows.end, high, true, work),
+        );
+    }
+    part(pattern, 0..pattern.rows(), blocks, parallel, &work);
+}
+
+/// Runs `work(row, one output, the other)` over rows.
+pub fn by_row_pairs<T: Send>(a: &mut [T], b: &mut [T], parallel: bool, work: impl Fn(usize, &mut T, &mut T) + Sync) {
+    let rows = ROWS_A_TASK;
+    let part = |first: usize, a: &mut [T], b: &mut [T]| {
+        for (k, (a, b)) in a.iter_mut().zip(b).enumerate() {
+            work(first + k, a, b);
+        }
+    };
+    if parallel && a.len() > rows {
+        a.par_chunks_mut(rows)
+            .zip(b.par_chunks_mut(rows))
+            .enumerate()
+            .for_each(|(task, (a, b))| part(task * rows, a, b));
+    } else {
+        part(0, a, b);
+    }
+}
+
+/// Sum over rows, added up in tasks of fixed size and then over the tasks: the same bits on any number of threads.
+pub fn sum_by_rows(
+    rows: usize,
+    parallel: bool,
+    sums: &mut Vec<f64>,
+    work: impl Fn(std::ops::Range<usize>) -> f64 + Sync,
+) -> f64 {
+    sums.clear();
+    sums.resize(rows.div_ceil(ROWS_A_TASK), 0.0);
+    let part = |task: usize, sum: &mut f64| *sum = work(task * ROWS_A_TASK..rows.min((task + 1) * ROWS_A_TASK));
+    if parallel && sums.len() > 1 {
+        sums.par_iter_mut().enumerate().for_each(|(task, sum)| part(task, sum));
+    } else {
+        sums.iter_mut().enumerate().for_each(|(task, sum)| part(task, sum));
+    }
+    sums.iter().sum()
+}
+
+/// One row of `A x` in single precision, blocks and ties.
+#[inline(always)]
+pub fn row_times(pattern: &Pattern, blocks: &[Mat3A], ties: &Pattern, tie: &[f32], x: &[Vec3A], i: usize) -> Vec3A {
+    let mut sum = block_row_times(pattern, blocks, x, i);
+    let row = ties.row(i);
+    for (j, tie) in ties.column[row.clone()].iter().zip(&tie[row]) {
+        sum += x[*j as usize] * *tie;
+    }
+    sum
+}
+
+/// One row of `A x` in single precision.
+#[inline(always)]
+pub fn block_row_times(pattern: &Pattern, blocks: &[Mat3A], x: &[Vec3A], i: usize) -> Vec3A {
+    let row = pattern.row(i);
+    let mut sum = Vec3A::ZERO;
+    for (j, block) in pattern.column[row.clone()].iter().zip(&blocks[row]) {
+        let x = x[*j as usize];
+        sum += block.x_axis * x.x + block.y_axis * x.y + block.z_axis * x.z;
+    }
+    sum
+}

@@ -1,0 +1,84 @@
+//! Conjugate gradients in double precision, preconditioned by a multigrid cycle in single precision.
+//!
+//! Source: [HestenesStiefel1952]. Valid when: the matrix is symmetric positive definite. Cost: a product with the matrix
+//! and a cycle an iteration. Sums are added up in fixed parts: the same bits on any number of threads.
+
+use super::StepMatrix;
+use super::blocks::{by_rows, sum_by_rows};
+use super::multigrid::Multigrid;
+use glam::{DVec3, Vec3A};
+
+/// Buffers that are kept between solutions.
+#[derive(Debug, Clone, Default)]
+pub struct ConjugateGradients {
+    preconditioned: Vec<DVec3>,
+    direction: Vec<DVec3>,
+    image: Vec<DVec3>,
+    single: Vec<Vec3A>,
+    sums: Vec<f64>,
+}
+
+/// When to stop.
+#[derive(Debug, Clone, Copy)]
+pub struct Tolerance {
+    /// Error over that at the start, in the norm of energy.
+    pub relative: f64,
+    /// Error that is small enough in any case [J].
+    pub energy: f64,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+impl ConjugateGradients {
+    /// Solves `A x = r`; leaves in `r` what is left of it. Returns the number of iterations.
+    pub fn solve(
+        &mut self,
+        matrix: &StepMatrix,
+        multigrid: &mut Multigrid,
+        r: &mut [DVec3],
+        x: &mut [DVec3],
+        tolerance: Tolerance,
+        parallel: bool,
+    ) -> usize {
+        let rows = r.len();
+        x.fill(DVec3::ZERO);
+        for buffer in [&mut self.preconditioned, &mut self.direction, &mut self.image] {
+            buffer.resize(rows, DVec3::ZERO);
+        }
+        self.single.resize(rows, Vec3A::ZERO);
+        let Self { preconditioned, direction, image, single, sums } = self;
+        let (mut start, mut before) = (0.0, 0.0);
+        for iteration in 0..tolerance.iterations {
+            // Single precision has seven digits but also a least number: the cycle sees residuals near one.
+            let scale = r.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+            if scale == 0.0 || !scale.is_finite() {
+                return iteration;
+            }
+            single.iter_mut().zip(r.iter()).for_each(|(s, r)| *s = (*r / scale).as_vec3a());
+            let correction = multigrid.cycle(single, parallel);
+            preconditioned.iter_mut().zip(correction).for_each(|(z, c)| *z = c.as_dvec3() * scale);
+            let error = sum_by_rows(rows, parallel, sums, |part| part.map(|i| r[i].dot(preconditioned[i])).sum());
+            if iteration == 0 {
+                start = error;
+            }
+            if error.is_nan() || error <= (tolerance.relative * tolerance.relative * start).max(tolerance.energy) {
+                return iteration;
+            }
+            let keep = if iteration == 0 { 0.0 } else { error / before };
+            before = error;
+            by_rows(direction, parallel, |first, direction| {
+                for (k, direction) in direction.iter_mut().enumerate() {
+                    *direction = preconditioned[first + k] + *direction * keep;
+                }
+            });
+            matrix.multiply(direction, image, parallel);
+            let curvature = sum_by_rows(rows, parallel, sums, |part| part.map(|i| direction[i].dot(image[i])).sum());
+            let length = error / curvature;
+            for i in 0..rows {
+                x[i] += direction[i] * length;
+                r[i] -= image[i] * length;
+            }
+        }
+        tolerance.iterations
+    }
+}
