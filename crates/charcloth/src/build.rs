@@ -188,13 +188,13 @@ fn surface(scene: &Scene, inputs: &Inputs) -> Result<(SurfaceMesh, Option<Lattic
         ("sheet.width", sheet.width.0),
         ("sheet.height", sheet.height.0),
         ("sheet.radius", sheet.radius.0),
-        ("sheet.spacing", sheet.spacing.0),
+        ("sheet.spacing", sheet.node_distance()),
         ("sheet.grammage", sheet.grammage.0),
     ];
     if let Some((key, value)) = positive.iter().find(|(_, value)| value.is_nan() || *value <= 0.0) {
         return Err(Error::scene(*key, format!("{value} is not a size"), "it must be over zero"));
     }
-    let (width, height, spacing) = (sheet.width.0, sheet.height.0, sheet.spacing.0);
+    let (width, height, spacing) = (sheet.width.0, sheet.height.0, sheet.node_distance());
     match sheet.shape {
         Shape::Unstructured => Ok((generate::rectangle(width, height, spacing, scene.seed), None)),
         Shape::Disc => Ok((generate::disc(sheet.radius.0, spacing, scene.seed), None)),

@@ -31,6 +31,7 @@ pub mod random;
 pub mod select;
 pub mod sheet;
 
+pub mod contact;
 pub mod effects;
 pub mod homogenise;
 pub mod integrators;

@@ -1,6 +1,7 @@
 //! What is measured while a scene runs: probes, time histories, and the special states that verification starts from.
 
 use crate::build::{Built, Lattice, sheet_extent};
+use crate::contact::{Contacts, Surface};
 use crate::error::Error;
 use crate::frame::Sample;
 use crate::registry::{self, Entry};
@@ -55,6 +56,29 @@ pub static MEASURES: &[Entry<Build>] = &[
         item: momentum_change,
     },
 ];
+
+/// Length of the longest column of a grid over its length at rest.
+pub fn stretch(built: &Built) -> Option<f64> {
+    let lattice = built.lattice.filter(|lattice| lattice.rows > 1)?;
+    let position = &built.state.motion.position;
+    let length = |column: usize| -> f64 {
+        let node = |row: usize| position[row * lattice.columns + column];
+        (1..lattice.rows).map(|row| node(row).distance(node(row - 1))).sum()
+    };
+    let longest = (0..lattice.columns).map(length).fold(0.0, f64::max);
+    Some(longest / (lattice.spacing.y * (lattice.rows - 1) as f64))
+}
+
+/// Pairs of live triangles that cross each other.
+pub fn intersecting_pairs(state: &SheetState) -> usize {
+    let triangles = &state.triangles;
+    let live: Vec<[u32; 3]> =
+        (0..triangles.len()).filter(|t| triangles.alive[*t] != 0).map(|t| triangles.corners[t]).collect();
+    let positions = &state.motion.position;
+    // Crossing is of the surfaces themselves: thickness plays no part.
+    Surface::sheet(positions.len(), &live, 0.0)
+        .map_or(0, |surface| Contacts::build(surface, positions).intersecting_pairs(positions))
+}
 
 /// The measures of a scene, by name of the probe.
 pub fn of_scene(scene: &Scene, built: &Built) -> Result<Probes, Error> {

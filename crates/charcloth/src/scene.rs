@@ -203,6 +203,8 @@ pub struct Sheet {
     pub radius: Length,
     /// Distance between neighbouring nodes.
     pub spacing: Length,
+    /// Number of segments along the width; given, it takes the place of `spacing`.
+    pub segments: Option<u32>,
     /// How a built-in sheet is placed.
     pub pose: Pose,
     /// Where the middle of the sheet (the origin of a mesh file) is put.
@@ -232,6 +234,7 @@ impl Default for Sheet {
             height: Length(0.297),
             radius: Length(0.1),
             spacing: Length(0.003),
+            segments: None,
             pose: Pose::default(),
             position: [Length(0.0); 3],
             rotate: [Angle(0.0); 3],
@@ -240,6 +243,13 @@ impl Default for Sheet {
             cockle: Length(2e-4), // tuned: copy paper at rest is wavy by tenths of a millimetre, 0 to 1 mm
             cockle_length: Length(0.02), // tuned: over centimetres, 10 to 50 mm
         }
+    }
+}
+
+impl Sheet {
+    /// Distance between neighbouring nodes [m], by `segments` or `spacing`.
+    pub fn node_distance(&self) -> f64 {
+        self.segments.map_or(self.spacing.0, |segments| self.width.0 / f64::from(segments.max(1)))
     }
 }
 

@@ -63,6 +63,9 @@ pub struct Summary {
     pub threads: usize,
     pub time_step_s: f64,
     pub substeps: u32,
+    /// Iterations of Newton's method and of the linear solver since the start or the resumption, where motion is implicit.
+    pub newton_iterations: u64,
+    pub linear_iterations: u64,
     pub wall_s: f64,
     pub stage_wall_s: BTreeMap<String, f64>,
     pub fuel_initial_kg: f64,
@@ -78,6 +81,10 @@ pub struct Summary {
     pub strain_p99: f64,
     /// Largest distance of a node from the plane the sheet lay in, over the diagonal of the sheet.
     pub out_of_plane: f64,
+    /// Length of the longest column of a grid over its length at rest; none for other sheets.
+    pub stretch: Option<f64>,
+    /// Pairs of triangles that cross each other in the last frame.
+    pub intersecting_pairs: usize,
     pub peak_memory_bytes: u64,
     pub warnings: Vec<String>,
 }
@@ -103,6 +110,8 @@ impl Summary {
             "strain_max" => self.strain_max,
             "strain_p99" => self.strain_p99,
             "out_of_plane" => self.out_of_plane,
+            "stretch" => self.stretch?,
+            "intersecting_pairs" => self.intersecting_pairs as f64,
             _ => return None,
         })
     }
@@ -126,6 +135,8 @@ impl Summary {
         "strain_max",
         "strain_p99",
         "out_of_plane",
+        "stretch",
+        "intersecting_pairs",
     ];
 }
 
@@ -169,6 +180,8 @@ pub struct Simulation {
     stages: Stages,
     wall: f64,
     last: Advanced,
+    /// Nonlinear and linear iterations of implicit motion.
+    iterations: [u64; 2],
     last_step: f64,
     warnings: Vec<String>,
     unit: VectorUnit,
@@ -220,6 +233,7 @@ impl Simulation {
             stages: Stages::default(),
             wall: 0.0,
             last: Advanced::default(),
+            iterations: [0; 2],
             last_step: 0.0,
             unit: VectorUnit::best(),
             parallel: rayon::current_num_threads() > 1,
@@ -336,6 +350,9 @@ impl Simulation {
             let Scratch { factors, forces, .. } = scratch;
             let step = Step { factors, forces, dt, substeps: scene.time.substeps, topology: *topology, unit, parallel };
             self.last = stages.time("motion", || integrator.advance(state, &step));
+            for (sum, new) in self.iterations.iter_mut().zip(self.last.iterations) {
+                *sum += u64::from(new);
+            }
             let books = &mut self.built.state.books;
             books.strain_max[0] = books.strain_max[0].max(self.last.strain_max);
             // 5. Where springs have given way, the sheet comes apart.
@@ -501,6 +518,11 @@ impl Simulation {
     }
 
     fn warn_if_unstable(&mut self) {
+        if self.last.stalled {
+            let about = "time.step: motion is not solved to its tolerance";
+            let message = format!("{about} (first at {:.4} s); shorten time.step", self.time());
+            self.warn_once(message, about);
+        }
         if self.last.courant > 1.0 {
             let about = "time.substeps: the forced substep is unstable";
             let message = format!(
@@ -581,6 +603,8 @@ impl Simulation {
             threads: rayon::current_num_threads(),
             time_step_s: self.last_step,
             substeps: self.last.substeps,
+            newton_iterations: self.iterations[0],
+            linear_iterations: self.iterations[1],
             wall_s: self.wall,
             stage_wall_s: self.stages.seconds(),
             fuel_initial_kg: state.burn.fuel_initial.iter().sum(),
@@ -594,6 +618,8 @@ impl Simulation {
             strain_max: state.books.strain_max[0],
             strain_p99: p99,
             out_of_plane: measure::out_of_plane(&self.built),
+            stretch: measure::stretch(&self.built),
+            intersecting_pairs: measure::intersecting_pairs(state),
             peak_memory_bytes: peak_memory_bytes(),
             warnings: self.warnings.clone(),
         }

@@ -80,7 +80,19 @@ fn report(summary: &Summary, fps: f64, build: f64, wall: f64) -> String {
         rate(*nodes),
         rate(*springs)
     ));
-    text.push_str(&format!("{:.3} s a frame\n", wall / f64::from((*frames).max(1))));
+    if summary.newton_iterations > 0 {
+        let (newton, linear) = (summary.newton_iterations as f64, summary.linear_iterations as f64);
+        text.push_str(&format!(
+            "{:.2} Newton iterations a step, {:.1} linear ones each\n",
+            newton / steps,
+            linear / newton
+        ));
+    }
+    text.push_str(&format!("s_per_frame={:.4}", wall / f64::from((*frames).max(1))));
+    if let Some(stretch) = summary.stretch {
+        text.push_str(&format!(" stretch={stretch:.6}"));
+    }
+    text.push_str(&format!(" strain_p99={:.2e} strain_max={:.2e}\n", summary.strain_p99, summary.strain_max));
     text
 }
 

@@ -72,7 +72,7 @@ fn is_uniform(sheet: &Sheet) -> bool {
 
 /// About how many nodes a built-in sheet will have.
 fn estimated_nodes(sheet: &Sheet) -> f64 {
-    let spacing = sheet.spacing.0;
+    let spacing = sheet.node_distance();
     let (width, height, radius) = (sheet.width.0, sheet.height.0, sheet.radius.0);
     // A node of a mesh of near-equilateral triangles stands for an area of sqrt(3)/2 spacing^2.
     let cell = 0.75_f64.sqrt() * spacing * spacing;
@@ -97,20 +97,27 @@ fn sheet(scene: &Scene, findings: &mut Findings) {
         for (key, size, _) in sizes.iter().filter(|(_, _, used)| *used) {
             findings.positive(key, *size, "\"210 mm\"");
         }
-        findings.positive("sheet.spacing", sheet.spacing.0, "\"3 mm\"");
+        if sheet.segments == Some(0) {
+            findings.add(
+                "sheet.segments",
+                "0 is no number of segments".to_owned(),
+                "write 1 or more, such as 128".to_owned(),
+            );
+        }
+        findings.positive("sheet.spacing", sheet.node_distance(), "\"3 mm\"");
         if findings.0.len() == before {
             let smallest = sizes.iter().filter(|(_, _, used)| *used).map(|(_, size, _)| *size).fold(f64::MAX, f64::min);
-            if sheet.spacing.0 > smallest {
+            if sheet.node_distance() > smallest {
                 findings.add(
                     "sheet.spacing",
-                    format!("nodes {} m apart do not fit into a sheet {smallest} m across", sheet.spacing.0),
+                    format!("nodes {} m apart do not fit into a sheet {smallest} m across", sheet.node_distance()),
                     format!("write a spacing well under the size, such as {}", smallest / 50.0),
                 );
             }
             let nodes = estimated_nodes(sheet);
             if nodes > MOST_NODES {
-                let enough =
-                    sheet.spacing.0 * if sheet.shape == Shape::Chain { nodes / 1e5 } else { (nodes / 1e5).sqrt() };
+                let enough = sheet.node_distance()
+                    * if sheet.shape == Shape::Chain { nodes / 1e5 } else { (nodes / 1e5).sqrt() };
                 findings.add(
                     "sheet.spacing",
                     format!("this spacing makes about {:.0} million nodes; 20 million is the most", nodes / 1e6),

@@ -15,16 +15,15 @@ use crate::shell::Shell;
 use crate::solver::StepMatrix;
 use crate::solver::blocks::sum_by_rows;
 use crate::solver::conjugate_gradients::{ConjugateGradients, Tolerance};
-use crate::solver::multigrid::Multigrid;
+use crate::solver::multigrid::{CAUTION, Multigrid};
 use glam::DVec3;
 
 /// Most Newton iterations a step, conjugate-gradient iterations each, and halvings of an iteration's length.
 const NEWTON: usize = 20;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
-/// Conjugate-gradient iterations past which the preconditioner is made anew for the next Newton iteration.
-/// // tuned: a set-up costs as much as some six iterations, 10 to 60
-const STALE: usize = 0;
+/// Factor on estimated eigenvalues past which the solver gives up.
+const MOST_CAUTION: f32 = 10.0;
 /// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
 const STILL: f64 = 1e-5;
 /// Fewest nodes for which a second thread pays for its start. // tuned: 4000 to 20000
@@ -227,7 +226,8 @@ impl Implicit {
         for i in 0..state.motion.len() {
             self.position[i] = state.motion.position[i];
             if self.fixed[i] {
-                (self.from[i], self.speed_from[i], self.speed[i]) = (self.position[i], DVec3::ZERO, DVec3::ZERO);
+                (self.from[i], self.speed_from[i]) = (self.position[i], DVec3::ZERO);
+                self.speed[i] = DVec3::ZERO;
                 continue;
             }
             self.from[i] = state.motion.position[i] * now + state.before.position[i] * then;
@@ -243,23 +243,19 @@ impl Implicit {
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
         self.candidate.copy_from_slice(&self.speed);
         let mut energy = self.energy(h, damping, parallel);
+        let moving = 0.5
+            * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
+                part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
+            });
         let mut first_gain = 0.0;
-        let mut stale = true;
         for iteration in 0..NEWTON {
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
             self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
-            if stale {
-                self.multigrid.set_up(&self.matrix, &self.position, parallel);
-            }
-            self.rest_of_residual.copy_from_slice(&self.residual);
-            let tolerance = Tolerance { relative: linear, energy: 0.01 * still, iterations: LINEAR };
-            let Self { matrix, multigrid, rest_of_residual, correction, .. } = self;
-            let iterations = self.linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel);
+            let iterations = self.solve_linear(linear, 0.01 * still, parallel);
             report.iterations[0] += 1;
             report.iterations[1] += iterations as u32;
-            stale = iterations > STALE;
             self.balance_momentum();
             let Self { residual, correction, sums, .. } = self;
             let gain =
@@ -289,11 +285,31 @@ impl Implicit {
                 return;
             }
             self.speed.copy_from_slice(&self.candidate);
-            if length == 1.0 && gain <= (newton * first_gain).max(still) {
+            if length == 1.0 && gain <= (newton * first_gain.max(moving)).max(still) {
                 return;
             }
         }
         report.stalled = true;
+    }
+
+    /// Solves for the correction of a Newton iteration. Returns the number of iterations.
+    fn solve_linear(&mut self, relative: f64, energy: f64, parallel: bool) -> usize {
+        let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, .. } = self;
+        let tolerance = Tolerance { relative, energy, iterations: LINEAR };
+        let mut caution = CAUTION;
+        loop {
+            multigrid.set_up(matrix, position, caution, parallel);
+            rest_of_residual.copy_from_slice(residual);
+            if let Some(iterations) = linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel)
+            {
+                return iterations;
+            }
+            // Smoothing overshoots where the largest eigenvalue was underestimated.
+            caution *= 1.5;
+            if caution > MOST_CAUTION {
+                return LINEAR;
+            }
+        }
     }
 
     /// Eq. 12.9: the energy whose minimum is the step, at the candidate velocity; forces and stiffness are there for it.

@@ -30,7 +30,8 @@ pub struct Tolerance {
 }
 
 impl ConjugateGradients {
-    /// Solves `A x = r`; leaves in `r` what is left of it. Returns the number of iterations.
+    /// Solves `A x = r`; leaves in `r` what is left of it. Returns the number of iterations, or none where the cycle is
+    /// not positive, so that nothing it says can be trusted.
     pub fn solve(
         &mut self,
         matrix: &StepMatrix,
@@ -39,7 +40,7 @@ impl ConjugateGradients {
         x: &mut [DVec3],
         tolerance: Tolerance,
         parallel: bool,
-    ) -> usize {
+    ) -> Option<usize> {
         let rows = r.len();
         x.fill(DVec3::ZERO);
         for buffer in [&mut self.preconditioned, &mut self.direction, &mut self.image] {
@@ -52,7 +53,7 @@ impl ConjugateGradients {
             // Single precision has seven digits but also a least number: the cycle sees residuals near one.
             let scale = r.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
             if scale == 0.0 || !scale.is_finite() {
-                return iteration;
+                return Some(iteration);
             }
             single.iter_mut().zip(r.iter()).for_each(|(s, r)| *s = (*r / scale).as_vec3a());
             let correction = multigrid.cycle(single, parallel);
@@ -61,8 +62,11 @@ impl ConjugateGradients {
             if iteration == 0 {
                 start = error;
             }
-            if error.is_nan() || error <= (tolerance.relative * tolerance.relative * start).max(tolerance.energy) {
-                return iteration;
+            if error.is_nan() || error < 0.0 {
+                return None;
+            }
+            if error <= (tolerance.relative * tolerance.relative * start).max(tolerance.energy) {
+                return Some(iteration);
             }
             let keep = if iteration == 0 { 0.0 } else { error / before };
             before = error;
@@ -79,6 +83,6 @@ impl ConjugateGradients {
                 r[i] -= image[i] * length;
             }
         }
-        tolerance.iterations
+        Some(tolerance.iterations)
     }
 }
