@@ -141,7 +141,7 @@ const TABLES: &[(&str, &[&str])] = &[
     ("charcloth/src/effects", &[]),
     ("charcloth/src/integrators", &[]),
     ("charcloth-io/src/importers", &["clean", "gltf_document", "orientation", "polygons", "raw"]),
-    ("charcloth-io/src/exporters", &["look", "surface"]),
+    ("charcloth-io/src/exporters", &["look", "quantities", "sequence", "surface", "usd_crate"]),
     ("charcloth-render/src/looks", &[]),
     ("charcloth-cli/src/commands", &["kernels"]),
 ];

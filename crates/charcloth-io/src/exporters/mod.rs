@@ -3,7 +3,12 @@
 mod look;
 mod obj;
 mod ply;
+mod quantities;
+mod sequence;
 mod surface;
+mod usd;
+mod usd_crate;
+mod usdz;
 
 pub use look::display_color;
 
@@ -12,6 +17,7 @@ use crate::error::IoError;
 use crate::files::create_folder;
 use charcloth::frame::Frame;
 use charcloth::registry::{Entry, nearest};
+pub use sequence::Sequence;
 use std::ops::{ControlFlow, RangeInclusive};
 use std::path::{Path, PathBuf};
 
@@ -20,8 +26,17 @@ use std::path::{Path, PathBuf};
 pub struct Exporter {
     /// File name ending, without the dot.
     pub extension: &'static str,
-    /// Writes the living surface of a frame.
-    pub write: fn(&Frame, &Path) -> Result<(), IoError>,
+    /// Writes frames.
+    pub write: Writer,
+}
+
+/// How a format takes frames.
+#[derive(Debug)]
+pub enum Writer {
+    /// Writes the living surface of one frame into a file.
+    EachFrame(fn(&Frame, &Path) -> Result<(), IoError>),
+    /// Writes all frames into a folder and lists the files, those to open first.
+    AllFrames(fn(&mut Sequence<'_>, &Path) -> Result<Vec<PathBuf>, IoError>),
 }
 
 /// Formats that frames can be written in.
@@ -29,19 +44,35 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
     Entry {
         name: "ply",
         about: "binary PLY with every quantity of the nodes: Blender, MeshLab, trimesh, Houdini by conversion",
-        item: Exporter { extension: "ply", write: ply::write },
+        item: Exporter { extension: "ply", write: Writer::EachFrame(ply::write) },
     },
     Entry {
         name: "obj",
         about: "Wavefront OBJ with texture coordinates and normals: opens everywhere, carries the shape only",
-        item: Exporter { extension: "obj", write: obj::write },
+        item: Exporter { extension: "obj", write: Writer::EachFrame(obj::write) },
+    },
+    Entry {
+        name: "usd",
+        about: "OpenUSD, all frames in one .usdc with changing topology: Blender, Houdini, Maya, Unreal, usdview",
+        item: Exporter { extension: "usdc", write: Writer::AllFrames(usd::write) },
+    },
+    Entry {
+        name: "usdz",
+        about: "the same in one package: Quick Look, augmented reality",
+        item: Exporter { extension: "usdz", write: Writer::AllFrames(usdz::write) },
     },
 ];
 
 /// Writes one frame in the format that the ending of the name tells.
 pub fn write_frame(frame: &Frame, path: &Path) -> Result<(), IoError> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    (find(&ending, path)?.item.write)(frame, path)
+    match find(&ending, path)?.item.write {
+        Writer::EachFrame(write) => write(frame, path),
+        Writer::AllFrames(_) => {
+            let hint = "export the run into a folder";
+            Err(IoError::content(path, format!("{ending} holds all frames of a run, not one"), hint))
+        }
+    }
 }
 
 /// How far an export is.
@@ -55,7 +86,7 @@ pub struct Progress<'a> {
     pub path: &'a Path,
 }
 
-/// Writes frames of a cache as `frame_00000.<ending>` into a folder and lists the files.
+/// Writes frames of a cache into a folder and lists the files: `frame_00000.<ending>` where a format has a file a frame.
 ///
 /// `frames` limits which; none means all there are. `progress` is called after each file and may stop the export; what
 /// is written by then is kept and listed.
@@ -78,10 +109,14 @@ pub fn export(
         return Err(IoError::content(cache.folder(), "it has none of the frames asked for", hint));
     }
     create_folder(folder)?;
+    let write = match exporter.write {
+        Writer::EachFrame(write) => write,
+        Writer::AllFrames(write) => return write(&mut Sequence::new(cache, wanted, progress), folder),
+    };
     let mut written = Vec::with_capacity(wanted.len());
     for number in &wanted {
         let path = folder.join(format!("frame_{number:05}.{}", exporter.extension));
-        (exporter.write)(&cache.frame(*number)?, &path)?;
+        write(&cache.frame(*number)?, &path)?;
         written.push(path);
         let now = Progress { done: written.len(), total: wanted.len(), path: &written[written.len() - 1] };
         if progress(now).is_break() {

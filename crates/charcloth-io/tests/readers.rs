@@ -1,0 +1,54 @@
+//! Exports of a real run, read by the programs they are for. What each reader compares is said in `readers/`.
+
+mod common;
+
+use charcloth::scene::Axis;
+use charcloth::simulation::{Inputs, Simulation};
+use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
+use charcloth_io::exporters::export;
+use common::python::read_with;
+use common::{Folder, tearing_scene};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+/// Frames of the run.
+const LAST: u32 = 14;
+
+/// A run that tears, simulated once for all tests.
+fn run() -> &'static Folder {
+    static RUN: OnceLock<Folder> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let folder = Folder::new("readers-run");
+        let mut scene = tearing_scene();
+        scene.up = Axis::Z;
+        let info = RunInfo { scene: "torn \"paper\"".into(), fps: 24.0, up: scene.up };
+        let mut writer = CacheWriter::create(&folder.0, &info).unwrap();
+        Simulation::build(&scene, &Inputs::default()).unwrap().run(LAST, &mut writer).unwrap();
+        folder
+    })
+}
+
+/// Exports the run into a folder and lists the files, after having looked that nothing else is there, and that a second
+/// time gives the same bytes.
+fn exported(format: &str, folder: &Folder) -> Vec<PathBuf> {
+    let cache = CacheReader::open(&run().0).unwrap();
+    let write = || export(&cache, format, None, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let contents = |files: &[PathBuf]| files.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>();
+    let files = write();
+    let before = contents(&files);
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}: something else is there");
+    write();
+    assert!(before == contents(&files), "{format}: another time, other bytes");
+    files
+}
+
+#[test]
+fn openusd_reads_every_frame() {
+    for format in ["usd", "usdz"] {
+        let folder = Folder::new(format);
+        let files = exported(format, &folder);
+        assert_eq!(files.len(), 1);
+        read_with("usd.py", &[&run().0, &files[0]]);
+    }
+}
