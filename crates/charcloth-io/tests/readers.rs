@@ -6,6 +6,7 @@ use charcloth::scene::Axis;
 use charcloth::simulation::{Inputs, Simulation};
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
 use charcloth_io::exporters::export;
+use common::node;
 use common::python::read_with;
 use common::{Folder, tearing_scene};
 use std::ops::ControlFlow;
@@ -51,4 +52,12 @@ fn openusd_reads_every_frame() {
         assert_eq!(files.len(), 1);
         read_with("usd.py", &[&run().0, &files[0]]);
     }
+}
+
+#[test]
+fn the_gltf_validator_finds_nothing_and_trimesh_reads_every_frame() {
+    let folder = Folder::new("gltf");
+    let files = exported("gltf", &folder);
+    node::read_with("gltf.js", &files[0]);
+    read_with("gltf.py", &[&run().0, &files[0]]);
 }

@@ -1,5 +1,6 @@
 //! Frames out, to files that other programs open. One file a format.
 
+mod gltf;
 mod look;
 mod obj;
 mod ply;
@@ -60,6 +61,11 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
         name: "usdz",
         about: "the same in one package: Quick Look, augmented reality",
         item: Exporter { extension: "usdz", write: Writer::AllFrames(usdz::write) },
+    },
+    Entry {
+        name: "gltf",
+        about: "glTF 2.0, all frames in one .glb, each shown in its time: web pages, game engines",
+        item: Exporter { extension: "glb", write: Writer::AllFrames(gltf::write) },
     },
 ];
 

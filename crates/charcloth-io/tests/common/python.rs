@@ -13,7 +13,7 @@ pub fn python() -> Option<&'static Path> {
     match PYTHON.get_or_init(environment) {
         Ok(python) => Some(python),
         Err(why) => {
-            println!("SKIPPED: no Python with the readers ({why}); PYTHON may name a Python 3.10 or later");
+            println!("SKIPPED: no Python with the readers ({why}); PYTHON may name a Python 3.11 or later");
             None
         }
     }
