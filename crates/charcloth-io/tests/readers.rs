@@ -10,7 +10,7 @@ use common::node;
 use common::python::read_with;
 use common::{Folder, tearing_scene};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 /// Frames of the run.
@@ -60,4 +60,34 @@ fn the_gltf_validator_finds_nothing_and_trimesh_reads_every_frame() {
     let files = exported("gltf", &folder);
     node::read_with("gltf.js", &files[0]);
     read_with("gltf.py", &[&run().0, &files[0]]);
+}
+
+#[test]
+fn the_twin_is_where_the_cache_says() {
+    for (format, files) in [("pc2", 2), ("mdd", 2), ("vat", 5)] {
+        let folder = Folder::new(format);
+        assert_eq!(exported(format, &folder).len(), files, "{format}");
+        read_with("twin.py", &[&run().0, Path::new(format), &folder.0]);
+        if format == "vat" {
+            node::read_with("gltf.js", &folder.0.join("sheet.glb"));
+        }
+    }
+}
+
+#[test]
+fn what_needs_all_frames_is_not_written_without_them() {
+    let cache = CacheReader::open(&run().0).unwrap();
+    for format in ["pc2", "mdd", "vat"] {
+        let folder = Folder::new(format!("stopped-{format}").as_str());
+        let message = export(&cache, format, None, &folder.0, &mut |_| ControlFlow::Break(())).unwrap_err().to_string();
+        assert!(message.contains("stopped"), "{message}");
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0, "{format}");
+    }
+    // The others keep what they have.
+    for format in ["usd", "usdz", "gltf"] {
+        let folder = Folder::new(format!("stopped-{format}").as_str());
+        let files = export(&cache, format, None, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
+        assert!(files.iter().all(|file| file.is_file()), "{format}");
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}");
+    }
 }

@@ -136,12 +136,15 @@ fn every_cited_equation_is_there_once() {
     assert!(!labels.is_empty());
 }
 
+const EXPORT_HELPERS: &[&str] =
+    &["glb", "look", "pictures", "quantities", "sequence", "surface", "twin", "twin_obj", "usd_crate"];
+
 /// Folders whose `mod.rs` has a table, and the files in them that are no row of it but help the others.
 const TABLES: &[(&str, &[&str])] = &[
     ("charcloth/src/effects", &[]),
     ("charcloth/src/integrators", &[]),
     ("charcloth-io/src/importers", &["clean", "gltf_document", "orientation", "polygons", "raw"]),
-    ("charcloth-io/src/exporters", &["look", "quantities", "sequence", "surface", "usd_crate"]),
+    ("charcloth-io/src/exporters", EXPORT_HELPERS),
     ("charcloth-render/src/looks", &[]),
     ("charcloth-cli/src/commands", &["kernels"]),
 ];

@@ -1,15 +1,22 @@
 //! Frames out, to files that other programs open. One file a format.
 
+mod glb;
 mod gltf;
 mod look;
+mod mdd;
 mod obj;
+mod pc2;
+mod pictures;
 mod ply;
 mod quantities;
 mod sequence;
 mod surface;
+mod twin;
+mod twin_obj;
 mod usd;
 mod usd_crate;
 mod usdz;
+mod vat;
 
 pub use look::display_color;
 
@@ -66,6 +73,21 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
         name: "gltf",
         about: "glTF 2.0, all frames in one .glb, each shown in its time: web pages, game engines",
         item: Exporter { extension: "glb", write: Writer::AllFrames(gltf::write) },
+    },
+    Entry {
+        name: "pc2",
+        about: "point cache with an OBJ that it moves, of the same points in all frames: Blender, 3ds Max, Maya",
+        item: Exporter { extension: "pc2", write: Writer::AllFrames(pc2::write) },
+    },
+    Entry {
+        name: "mdd",
+        about: "the same in the older MDD: Blender, LightWave, Cinema 4D",
+        item: Exporter { extension: "mdd", write: Writer::AllFrames(mdd::write) },
+    },
+    Entry {
+        name: "vat",
+        about: "vertex animation textures with the mesh that they move: Unreal, Unity, Godot",
+        item: Exporter { extension: "exr", write: Writer::AllFrames(vat::write) },
     },
 ];
 

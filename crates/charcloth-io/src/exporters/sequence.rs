@@ -12,7 +12,11 @@ use std::path::Path;
 pub struct Sequence<'a> {
     cache: &'a CacheReader,
     numbers: Vec<u32>,
+    /// Times that the frames are gone through.
+    passes: usize,
     done: usize,
+    /// Triangles of the first frame; later ones must have as many at least.
+    triangles: usize,
     progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 }
 
@@ -24,7 +28,7 @@ impl<'a> Sequence<'a> {
         progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
     ) -> Self {
         assert!(!numbers.is_empty(), "a sequence has a first frame");
-        Self { cache, numbers, done: 0, progress }
+        Self { cache, numbers, passes: 1, done: 0, triangles: 0, progress }
     }
 
     /// What the cache says about the run.
@@ -37,17 +41,61 @@ impl<'a> Sequence<'a> {
         if self.meta().fps > 0.0 { self.meta().fps } else { 24.0 }
     }
 
+    /// Numbers of all frames of the sequence, in order.
+    pub(super) fn numbers(&self) -> &[u32] {
+        &self.numbers
+    }
+
+    /// The first frame, which is not used up.
+    pub(super) fn first(&self) -> Result<Frame, IoError> {
+        self.cache.frame(self.numbers[0])
+    }
+
+    /// The last frame, which is not used up: nodes and triangles are only ever added, so it knows them all.
+    pub(super) fn last(&self) -> Result<Frame, IoError> {
+        self.cache.frame(self.numbers[self.numbers.len() - 1])
+    }
+
+    /// Flags of the triangles of a frame: 1 while a triangle is part of the surface.
+    pub(super) fn triangles_alive(&self, number: u32) -> Result<Vec<u8>, IoError> {
+        self.cache.triangles_alive(number)
+    }
+
+    /// Says that the frames are gone through more than once, for the progress that is told.
+    pub(super) fn plan(&mut self, passes: usize) {
+        self.passes = passes;
+    }
+
+    /// The next frame, for a file that is of no use without all of them. Further passes begin anew.
+    pub(super) fn next_needed(&mut self, path: &Path) -> Result<Frame, IoError> {
+        self.next(path)?.ok_or_else(|| {
+            let problem = "the export was stopped, and the format needs all frames: the file is not written";
+            IoError::content(path, problem, "export fewer with --frames")
+        })
+    }
+
     /// The next frame, for the file that is being written; none once all are used up or the user wants no more.
     pub(super) fn next(&mut self, path: &Path) -> Result<Option<Frame>, IoError> {
         if self.done > 0 {
-            let now = Progress { done: self.done, total: self.numbers.len(), path };
+            let now = Progress { done: self.done, total: self.passes * self.numbers.len(), path };
             if (self.progress)(now).is_break() {
                 return Ok(None);
             }
         }
-        let Some(number) = self.numbers.get(self.done) else { return Ok(None) };
+        if self.done == self.passes * self.numbers.len() {
+            return Ok(None);
+        }
+        let number = self.numbers[self.done % self.numbers.len()];
+        let frame = self.cache.frame(number)?;
+        if self.done.is_multiple_of(self.numbers.len()) {
+            self.triangles = frame.triangles.len();
+        }
         self.done += 1;
-        self.cache.frame(*number).map(Some)
+        if frame.triangles.len() < self.triangles {
+            let problem = format!("frame {number} has fewer triangles than the first");
+            return Err(IoError::content(self.cache.folder(), problem, "it is of another run: run the scene again"));
+        }
+        Ok(Some(frame))
     }
 }
 

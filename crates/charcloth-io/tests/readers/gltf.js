@@ -6,6 +6,5 @@ const options = { ignoredIssues: ["UNUSED_OBJECT"] };
 validator.validateBytes(new Uint8Array(readFileSync(process.argv[3])), options).then((report) => {
   const { numErrors, numWarnings, numInfos, numHints, messages } = report.issues;
   console.log(JSON.stringify(messages.slice(0, 5)));
-  const animated = report.info.animationCount === 1;
-  if (numErrors + numWarnings + numInfos + numHints === 0 && animated) console.log("SOUND");
+  if (numErrors + numWarnings + numInfos + numHints === 0) console.log("SOUND", report.info.animationCount);
 });
