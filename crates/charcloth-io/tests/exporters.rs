@@ -6,7 +6,7 @@ use charcloth::frame::Frame;
 use charcloth::registry::Entry;
 use charcloth::scene::LengthUnit;
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
-use charcloth_io::exporters::{EXPORTERS, Exporter, Writer, display_color, export, write_frame};
+use charcloth_io::exporters::{EXPORTERS, ExportOptions, Exporter, Writer, display_color, export, write_frame};
 use charcloth_io::importers::read_mesh;
 use common::{Folder, sheet};
 use ply_rs_bw::parser::Parser;
@@ -104,21 +104,22 @@ fn a_cache_is_exported_in_part_and_may_be_stopped() {
     }
     let cache = CacheReader::open(&folder.0).unwrap();
     let out = folder.0.join("some/where");
+    let some = |frames| ExportOptions { frames: Some(frames), ..ExportOptions::default() };
     let mut told = Vec::new();
     let mut progress = |now: charcloth_io::exporters::Progress<'_>| {
         told.push((now.done, now.total));
         if now.done == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let written = export(&cache, "obj", Some(2..=9), &out, &mut progress).unwrap();
+    let written = export(&cache, "obj", &some(2..=9), &out, &mut progress).unwrap();
     assert_eq!(told, [(1, 4), (2, 4), (3, 4)]);
     assert_eq!(written.len(), 3);
     assert!(out.join("frame_00002.obj").is_file() && !out.join("frame_00005.obj").exists());
 
     let mut quiet = |_: charcloth_io::exporters::Progress<'_>| ControlFlow::Continue(());
-    assert_eq!(export(&cache, "ply", None, &out, &mut quiet).unwrap().len(), 6);
-    let message = export(&cache, "ply", Some(7..=9), &out, &mut quiet).unwrap_err().to_string();
+    assert_eq!(export(&cache, "ply", &ExportOptions::default(), &out, &mut quiet).unwrap().len(), 6);
+    let message = export(&cache, "ply", &some(7..=9), &out, &mut quiet).unwrap_err().to_string();
     assert!(message.contains("there are frames 0 to 5"), "{message}");
-    let message = export(&cache, "plx", None, &out, &mut quiet).unwrap_err().to_string();
+    let message = export(&cache, "plx", &ExportOptions::default(), &out, &mut quiet).unwrap_err().to_string();
     assert!(message.contains("did you mean ply?") && message.contains("ply, obj"), "{message}");
 }
 

@@ -5,7 +5,7 @@ mod common;
 use charcloth::scene::Axis;
 use charcloth::simulation::{Inputs, Simulation};
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
-use charcloth_io::exporters::export;
+use charcloth_io::exporters::{ExportOptions, export};
 use common::node;
 use common::python::read_with;
 use common::{Folder, tearing_scene};
@@ -33,8 +33,9 @@ fn run() -> &'static Folder {
 /// Exports the run into a folder and lists the files, after having looked that nothing else is there, and that a second
 /// time gives the same bytes.
 fn exported(format: &str, folder: &Folder) -> Vec<PathBuf> {
+    let options = ExportOptions { resolution: 128, ..ExportOptions::default() };
     let cache = CacheReader::open(&run().0).unwrap();
-    let write = || export(&cache, format, None, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let write = || export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
     let contents = |files: &[PathBuf]| files.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>();
     let files = write();
     let before = contents(&files);
@@ -76,18 +77,27 @@ fn the_twin_is_where_the_cache_says() {
 
 #[test]
 fn what_needs_all_frames_is_not_written_without_them() {
+    let options = ExportOptions { resolution: 64, ..ExportOptions::default() };
     let cache = CacheReader::open(&run().0).unwrap();
     for format in ["pc2", "mdd", "vat"] {
         let folder = Folder::new(format!("stopped-{format}").as_str());
-        let message = export(&cache, format, None, &folder.0, &mut |_| ControlFlow::Break(())).unwrap_err().to_string();
+        let message =
+            export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap_err().to_string();
         assert!(message.contains("stopped"), "{message}");
         assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0, "{format}");
     }
     // The others keep what they have.
-    for format in ["usd", "usdz", "gltf"] {
+    for format in ["usd", "usdz", "gltf", "maps"] {
         let folder = Folder::new(format!("stopped-{format}").as_str());
-        let files = export(&cache, format, None, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
+        let files = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
         assert!(files.iter().all(|file| file.is_file()), "{format}");
         assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}");
     }
+}
+
+#[test]
+fn maps_show_what_the_cache_has() {
+    let folder = Folder::new("maps");
+    assert_eq!(exported("maps", &folder).len(), 3 + 2 * (LAST as usize + 1));
+    read_with("maps.py", &[&run().0, &folder.0]);
 }

@@ -3,6 +3,7 @@
 mod glb;
 mod gltf;
 mod look;
+mod maps;
 mod mdd;
 mod obj;
 mod pc2;
@@ -89,7 +90,29 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
         about: "vertex animation textures with the mesh that they move: Unreal, Unity, Godot",
         item: Exporter { extension: "exr", write: Writer::AllFrames(vat::write) },
     },
+    Entry {
+        name: "maps",
+        about: "temperature, char and holes as pictures over the texture, and when each place caught fire: shaders",
+        item: Exporter { extension: "exr", write: Writer::AllFrames(maps::write) },
+    },
 ];
+
+/// What can be chosen about an export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportOptions {
+    /// First and last frame; none means all there are.
+    pub frames: Option<RangeInclusive<u32>>,
+    /// Width and height of maps [texels].
+    pub resolution: u32,
+    /// How far maps go beyond the borders of the texture's patches [texels].
+    pub gutter: u32,
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self { frames: None, resolution: 1024, gutter: 8 }
+    }
+}
 
 /// Writes one frame in the format that the ending of the name tells.
 pub fn write_frame(frame: &Frame, path: &Path) -> Result<(), IoError> {
@@ -116,19 +139,19 @@ pub struct Progress<'a> {
 
 /// Writes frames of a cache into a folder and lists the files: `frame_00000.<ending>` where a format has a file a frame.
 ///
-/// `frames` limits which; none means all there are. `progress` is called after each file and may stop the export; what
+/// `progress` is called after each file and may stop the export; what
 /// is written by then is kept and listed.
 pub fn export(
     cache: &CacheReader,
     format: &str,
-    frames: Option<RangeInclusive<u32>>,
+    options: &ExportOptions,
     folder: &Path,
     progress: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Vec<PathBuf>, IoError> {
     let exporter = &find(format, folder)?.item;
     let available = cache.frames()?;
     let wanted: Vec<u32> =
-        available.iter().copied().filter(|n| frames.as_ref().is_none_or(|range| range.contains(n))).collect();
+        available.iter().copied().filter(|n| options.frames.as_ref().is_none_or(|range| range.contains(n))).collect();
     if wanted.is_empty() {
         let hint = match (available.first(), available.last()) {
             (Some(first), Some(last)) => format!("there are frames {first} to {last}"),
@@ -139,7 +162,7 @@ pub fn export(
     create_folder(folder)?;
     let write = match exporter.write {
         Writer::EachFrame(write) => write,
-        Writer::AllFrames(write) => return write(&mut Sequence::new(cache, wanted, progress), folder),
+        Writer::AllFrames(write) => return write(&mut Sequence::new(cache, wanted, options, progress), folder),
     };
     let mut written = Vec::with_capacity(wanted.len());
     for number in &wanted {

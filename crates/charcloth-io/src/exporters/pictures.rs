@@ -69,11 +69,12 @@ pub(super) fn write_exr(
     })
 }
 
-/// Writes 8-bit samples as PNG, interleaved.
+/// Writes samples as PNG, interleaved; those of sixteen bits with the high byte first.
 pub(super) fn write_png(
     path: &Path,
     size: [usize; 2],
     color: png::ColorType,
+    depth: png::BitDepth,
     fill: FillRow<'_, u8>,
 ) -> Result<(), IoError> {
     let [width, height] = size;
@@ -84,10 +85,11 @@ pub(super) fn write_png(
     write_streamed(path, Durability::Process, |out| {
         let mut encoder = png::Encoder::new(out, width as u32, height as u32);
         encoder.set_color(color);
-        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_depth(depth);
         let mut writer = encoder.write_header().map_err(io_error)?;
         let mut stream = writer.stream_writer().map_err(io_error)?;
-        let mut row = vec![0; width * color.samples()];
+        let bytes_a_sample = if depth == png::BitDepth::Sixteen { 2 } else { 1 };
+        let mut row = vec![0; width * color.samples() * bytes_a_sample];
         for y in 0..height {
             fill(y, &mut row)?;
             stream.write_all(&row)?;

@@ -1,6 +1,6 @@
 //! The frames of an export, one in memory at a time.
 
-use super::Progress;
+use super::{ExportOptions, Progress};
 use crate::cache::{CacheMeta, CacheReader};
 use crate::error::IoError;
 use charcloth::frame::Frame;
@@ -12,6 +12,7 @@ use std::path::Path;
 pub struct Sequence<'a> {
     cache: &'a CacheReader,
     numbers: Vec<u32>,
+    options: &'a ExportOptions,
     /// Times that the frames are gone through.
     passes: usize,
     done: usize,
@@ -25,15 +26,21 @@ impl<'a> Sequence<'a> {
     pub(super) fn new(
         cache: &'a CacheReader,
         numbers: Vec<u32>,
+        options: &'a ExportOptions,
         progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
     ) -> Self {
         assert!(!numbers.is_empty(), "a sequence has a first frame");
-        Self { cache, numbers, passes: 1, done: 0, triangles: 0, progress }
+        Self { cache, numbers, options, passes: 1, done: 0, triangles: 0, progress }
     }
 
     /// What the cache says about the run.
     pub(super) fn meta(&self) -> &CacheMeta {
         self.cache.meta()
+    }
+
+    /// What the user has chosen.
+    pub(super) fn options(&self) -> &ExportOptions {
+        self.options
     }
 
     /// Frames a second; caches that do not say are taken to be film.

@@ -14,6 +14,7 @@ use crate::files::{Durability, Failure, write_whole};
 use charcloth::frame::Frame;
 use charcloth::scene::Axis;
 use glam::{Vec2, Vec3};
+use png::{BitDepth, ColorType};
 use serde_json::json;
 use std::collections::HashMap;
 use std::io::Write;
@@ -86,7 +87,7 @@ pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<Pa
         Ok(())
     })?;
     now = None;
-    write_png(&normals, layout.size(), png::ColorType::Rgb, &mut |y, row| {
+    write_png(&normals, layout.size(), ColorType::Rgb, BitDepth::Eight, &mut |y, row| {
         let (_, pose) = at_row(&mut now, sequence, &twin, layout, y, &normals)?;
         row.fill(128);
         for (texel, point) in row.chunks_exact_mut(3).zip(layout.row(y)) {
@@ -95,7 +96,7 @@ pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<Pa
         Ok(())
     })?;
     now = None;
-    write_png(&colors, layout.size(), png::ColorType::Rgba, &mut |y, row| {
+    write_png(&colors, layout.size(), ColorType::Rgba, BitDepth::Eight, &mut |y, row| {
         let (frame, pose) = at_row(&mut now, sequence, &twin, layout, y, &colors)?;
         row.fill(0);
         for (texel, point) in row.chunks_exact_mut(4).zip(layout.row(y)) {
