@@ -145,8 +145,19 @@ fn every_exporter_has_a_file() {
     for row in EXPORTERS {
         assert!(folder.join(format!("{}.rs", row.name)).is_file() && !row.about.is_empty(), "{}", row.name);
     }
-    let shared =
-        ["mod", "glb", "look", "pictures", "quantities", "sequence", "surface", "twin", "twin_obj", "usd_crate"];
+    let shared = [
+        "mod",
+        "glb",
+        "look",
+        "ogawa",
+        "pictures",
+        "quantities",
+        "sequence",
+        "surface",
+        "twin",
+        "twin_obj",
+        "usd_crate",
+    ];
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().path().file_stem().unwrap().to_string_lossy().to_string();
         assert!(shared.contains(&name.as_str()) || EXPORTERS.iter().any(|row| row.name == name), "{name}");

@@ -87,7 +87,7 @@ fn what_needs_all_frames_is_not_written_without_them() {
         assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0, "{format}");
     }
     // The others keep what they have.
-    for format in ["usd", "usdz", "gltf", "maps"] {
+    for format in ["usd", "usdz", "abc", "gltf", "maps"] {
         let folder = Folder::new(format!("stopped-{format}").as_str());
         let files = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
         assert!(files.iter().all(|file| file.is_file()), "{format}");
@@ -100,4 +100,11 @@ fn maps_show_what_the_cache_has() {
     let folder = Folder::new("maps");
     assert_eq!(exported("maps", &folder).len(), 3 + 2 * (LAST as usize + 1));
     read_with("maps.py", &[&run().0, &folder.0]);
+}
+
+#[test]
+fn alembic_reads_every_frame() {
+    let folder = Folder::new("abc");
+    let files = exported("abc", &folder);
+    read_with("abc.py", &[&run().0, &files[0]]);
 }

@@ -137,7 +137,7 @@ fn every_cited_equation_is_there_once() {
 }
 
 const EXPORT_HELPERS: &[&str] =
-    &["glb", "look", "pictures", "quantities", "sequence", "surface", "twin", "twin_obj", "usd_crate"];
+    &["glb", "look", "ogawa", "pictures", "quantities", "sequence", "surface", "twin", "twin_obj", "usd_crate"];
 
 /// Folders whose `mod.rs` has a table, and the files in them that are no row of it but help the others.
 const TABLES: &[(&str, &[&str])] = &[

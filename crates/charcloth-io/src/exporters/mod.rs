@@ -1,11 +1,13 @@
 //! Frames out, to files that other programs open. One file a format.
 
+mod abc;
 mod glb;
 mod gltf;
 mod look;
 mod maps;
 mod mdd;
 mod obj;
+mod ogawa;
 mod pc2;
 mod pictures;
 mod ply;
@@ -69,6 +71,11 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
         name: "usdz",
         about: "the same in one package: Quick Look, augmented reality",
         item: Exporter { extension: "usdz", write: Writer::AllFrames(usdz::write) },
+    },
+    Entry {
+        name: "abc",
+        about: "Alembic, all frames in one .abc with changing topology: Blender, Houdini, Maya",
+        item: Exporter { extension: "abc", write: Writer::AllFrames(abc::write) },
     },
     Entry {
         name: "gltf",

@@ -53,6 +53,14 @@ impl<'a> Sequence<'a> {
         &self.numbers
     }
 
+    /// Fails where frames are missing, for formats that count them.
+    pub(super) fn refuse_gaps(&self, path: &Path) -> Result<(), IoError> {
+        self.numbers.windows(2).find(|pair| pair[1] != pair[0] + 1).map_or(Ok(()), |gap| {
+            let problem = format!("frame {} is missing, and the format has no gaps", gap[0] + 1);
+            Err(IoError::content(path, problem, "export the frames before or after it with --frames"))
+        })
+    }
+
     /// The first frame, which is not used up.
     pub(super) fn first(&self) -> Result<Frame, IoError> {
         self.cache.frame(self.numbers[0])

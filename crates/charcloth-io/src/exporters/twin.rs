@@ -64,10 +64,7 @@ impl Twin {
             let hint = "begin at an earlier frame with --frames";
             return Err(IoError::content(path, "the first frame has no living face that could be followed", hint));
         }
-        if let Some(gap) = sequence.numbers().windows(2).find(|pair| pair[1] != pair[0] + 1) {
-            let problem = format!("frame {} is missing, and the format has no gaps", gap[0] + 1);
-            return Err(IoError::content(path, problem, "export the frames before or after it with --frames"));
-        }
+        sequence.refuse_gaps(path)?;
         let mut dies = vec![NEVER; first.triangles.len()];
         for number in sequence.numbers() {
             for (dies, alive) in dies.iter_mut().zip(sequence.triangles_alive(*number)?) {

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// What is installed. OpenUSD reads .usdc, trimesh .glb, OpenEXR and Pillow pictures, numpy the cache.
-const PACKAGES: &[&str] = &["numpy==2.4.6", "usd-core==26.11", "trimesh==5.2.0", "OpenEXR==3.5.3", "pillow==13.0.0"];
+/// What is installed. OpenUSD reads .usdc, alembic3d .abc, trimesh .glb, OpenEXR and Pillow pictures, numpy the cache.
+const PACKAGES: &[&str] =
+    &["numpy==2.4.6", "usd-core==26.11", "trimesh==5.2.0", "OpenEXR==3.5.3", "pillow==13.0.0", "alembic3d==1.8.12.1"];
 
 /// The Python to run the readers with; says why where there is none.
 pub fn python() -> Option<&'static Path> {
