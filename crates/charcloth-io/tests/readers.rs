@@ -5,7 +5,7 @@ mod common;
 use charcloth::scene::Axis;
 use charcloth::simulation::{Inputs, Simulation};
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
-use charcloth_io::exporters::{ExportOptions, export};
+use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
 use common::node;
 use common::python::read_with;
 use common::{Folder, tearing_scene};
@@ -65,7 +65,7 @@ fn the_gltf_validator_finds_nothing_and_trimesh_reads_every_frame() {
 
 #[test]
 fn the_twin_is_where_the_cache_says() {
-    for (format, files) in [("pc2", 2), ("mdd", 2), ("vat", 5)] {
+    for (format, files) in [("pc2", 2), ("mdd", 2), ("vat", 5), ("usd_twin", 1)] {
         let folder = Folder::new(format);
         assert_eq!(exported(format, &folder).len(), files, "{format}");
         read_with("twin.py", &[&run().0, Path::new(format), &folder.0]);
@@ -87,7 +87,7 @@ fn what_needs_all_frames_is_not_written_without_them() {
         assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0, "{format}");
     }
     // The others keep what they have.
-    for format in ["usd", "usdz", "abc", "gltf", "maps"] {
+    for format in ["usd", "usdz", "usd_twin", "abc", "gltf", "maps"] {
         let folder = Folder::new(format!("stopped-{format}").as_str());
         let files = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
         assert!(files.iter().all(|file| file.is_file()), "{format}");
@@ -107,4 +107,43 @@ fn alembic_reads_every_frame() {
     let folder = Folder::new("abc");
     let files = exported("abc", &folder);
     read_with("abc.py", &[&run().0, &files[0]]);
+}
+
+#[test]
+fn a_damaged_frame_is_named_and_leaves_nothing_half_written() {
+    let damaged = Folder::new("damaged");
+    let cache = damaged.0.join("cache");
+    std::fs::create_dir(&cache).unwrap();
+    for entry in std::fs::read_dir(run().0.join("cache")).unwrap() {
+        let file = entry.unwrap().path();
+        std::fs::copy(&file, cache.join(file.file_name().unwrap())).unwrap();
+    }
+    let frame = cache.join("frame_00003.npz");
+    let bytes = std::fs::read(&frame).unwrap();
+    let export_all = |what: &str| {
+        for row in EXPORTERS {
+            let folder = Folder::new(&format!("damaged-{}", row.name));
+            // What was there before stays as it was.
+            let old = folder.0.join(format!("sheet.{}", row.item.extension));
+            std::fs::write(&old, "old").unwrap();
+            let reader = CacheReader::open(&damaged.0).unwrap();
+            let options = ExportOptions { resolution: 16, ..ExportOptions::default() };
+            let result = export(&reader, row.name, &options, &folder.0, &mut |_| ControlFlow::Continue(()));
+            let gaps_are_fine = ["ply", "obj", "usd", "usdz", "gltf", "maps"].contains(&row.name);
+            if what == "missing" && gaps_are_fine {
+                result.unwrap();
+                continue;
+            }
+            let message = result.unwrap_err().to_string();
+            assert!(message.contains("frame_00003.npz") || message.contains("frame 3"), "{}: {message}", row.name);
+            assert_eq!(std::fs::read_to_string(&old).unwrap(), "old", "{}", row.name);
+            let left = std::fs::read_dir(&folder.0).unwrap().map(|entry| entry.unwrap().file_name());
+            let left: Vec<String> = left.map(|name| name.to_string_lossy().into_owned()).collect();
+            assert!(!left.iter().any(|name| name.ends_with(".partial")), "{}: {left:?}", row.name);
+        }
+    };
+    std::fs::write(&frame, &bytes[..bytes.len() / 2]).unwrap();
+    export_all("cut short");
+    std::fs::remove_file(&frame).unwrap();
+    export_all("missing");
 }

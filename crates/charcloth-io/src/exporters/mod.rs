@@ -18,6 +18,7 @@ mod twin;
 mod twin_obj;
 mod usd;
 mod usd_crate;
+mod usd_twin;
 mod usdz;
 mod vat;
 
@@ -81,6 +82,11 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
         name: "gltf",
         about: "glTF 2.0, all frames in one .glb, each shown in its time: web pages, game engines",
         item: Exporter { extension: "glb", write: Writer::AllFrames(gltf::write) },
+    },
+    Entry {
+        name: "usd_twin",
+        about: "OpenUSD with the same points and faces in all frames: engines that cannot take others",
+        item: Exporter { extension: "usdc", write: Writer::AllFrames(usd_twin::write) },
     },
     Entry {
         name: "pc2",

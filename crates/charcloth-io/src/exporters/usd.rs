@@ -8,6 +8,7 @@ use super::look::{display_color, linear};
 use super::quantities::{QUANTITIES, linear_color};
 use super::sequence::Sequence;
 use super::surface::Shape;
+use super::twin::Twin;
 use super::usd_crate::{CrateWriter, Prim, Property, Value};
 use crate::error::IoError;
 use crate::files::{Durability, write_streamed};
@@ -26,17 +27,17 @@ const MATERIAL: &str = "paper";
 /// Writes `sheet.usdc` into a folder.
 pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let path = folder.join("sheet.usdc");
-    write_file(sequence, &path)?;
+    write_file(sequence, None, &path)?;
     Ok(vec![path])
 }
 
-/// Writes a .usdc file.
-pub(super) fn write_file(sequence: &mut Sequence<'_>, path: &Path) -> Result<(), IoError> {
+/// Writes a .usdc file: the living surface, or a twin.
+pub(super) fn write_file(sequence: &mut Sequence<'_>, twin: Option<&Twin>, path: &Path) -> Result<(), IoError> {
     write_streamed(path, Durability::Process, |out| {
         let mut file = CrateWriter::begin(out)?;
         let mut sheet = Sheet::default();
         while let Some(frame) = sequence.next(path)? {
-            sheet.add(&mut file, &frame)?;
+            sheet.add(&mut file, &frame, twin)?;
         }
         let root = stage(&mut file, &sheet, sequence)?;
         file.finish(&root)?;
@@ -78,9 +79,25 @@ struct Sheet {
 }
 
 impl Sheet {
-    fn add<W: Write + Seek>(&mut self, file: &mut CrateWriter<W>, frame: &Frame) -> io::Result<()> {
-        let shape = Shape::of(frame);
-        let arrays = self.arrays(frame, &shape);
+    fn add<W: Write + Seek>(
+        &mut self,
+        file: &mut CrateWriter<W>,
+        frame: &Frame,
+        twin: Option<&Twin>,
+    ) -> io::Result<()> {
+        let arrays = match twin {
+            Some(twin) => {
+                let pose = twin.pose(frame);
+                let shape = Shape { nodes: pose.nodes, faces: twin.faces.clone(), rows: twin.rows.clone() };
+                self.arrays(frame, &shape, &pose.positions, Some(&pose.alive))
+            }
+            None => {
+                let shape = Shape::of(frame);
+                let places: Vec<Vec3> =
+                    shape.nodes.iter().map(|i| frame.motion.position[*i as usize].as_vec3()).collect();
+                self.arrays(frame, &shape, &places, None)
+            }
+        };
         for (k, (name, type_name, interpolation, about, array)) in arrays.into_iter().enumerate() {
             if k == self.samples.len() {
                 let (values, last) = (Vec::new(), Array::Ints(Vec::new()));
@@ -100,8 +117,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Every attribute of the mesh in a frame.
-    fn arrays(&mut self, frame: &Frame, shape: &Shape) -> Vec<Attribute> {
+    /// Every attribute of the mesh in a frame, its points at these places [m]. Without `alive`, all of them are.
+    fn arrays(&mut self, frame: &Frame, shape: &Shape, places: &[Vec3], alive: Option<&[bool]>) -> Vec<Attribute> {
         let node_rows = |value: &dyn Fn(usize) -> DVec3| {
             Array::Float3(shape.nodes.iter().map(|i| value(*i as usize).as_vec3().to_array()).collect())
         };
@@ -110,6 +127,15 @@ impl Sheet {
         let face_ints = |column: &[u32]| Array::Ints(shape.rows.iter().map(|t| column[*t as usize] as i32).collect());
         let (motion, triangles) = (&frame.motion, &frame.triangles);
         let normals = frame.normals();
+        let points = Array::Float3(places.iter().map(|p| p.to_array()).collect());
+        let is_alive = |point: usize| alive.is_none_or(|alive| alive[point]);
+        // What has folded up stays where it is.
+        let velocity = |(point, i): (usize, &u32)| match is_alive(point) {
+            true => motion.velocity[*i as usize].as_vec3().to_array(),
+            false => [0.0; 3],
+        };
+        let velocities = Array::Float3(shape.nodes.iter().enumerate().map(velocity).collect());
+        let alive = Array::Ints((0..places.len()).map(|point| is_alive(point).into()).collect());
         let uv_numbers = shape.rows.iter().flat_map(|t| triangles.uv[*t as usize]).map(|uv| {
             *self.uv_numbers.entry([uv.x.to_bits(), uv.y.to_bits()]).or_insert_with(|| {
                 self.uv.push(uv.to_array());
@@ -118,10 +144,10 @@ impl Sheet {
         });
         let uv_numbers = Array::Ints(uv_numbers.collect());
         let mut all: Vec<Attribute> = vec![
-            ("points".into(), "point3f[]", "", "Places [m]".into(), node_rows(&|i| motion.position[i])),
-            ("velocities".into(), "vector3f[]", "", "Velocities [m/s]".into(), node_rows(&|i| motion.velocity[i])),
+            ("points".into(), "point3f[]", "", "Places [m]".into(), points),
+            ("velocities".into(), "vector3f[]", "", "Velocities [m/s]".into(), velocities),
             ("normals".into(), "normal3f[]", "vertex", String::new(), node_rows(&|i| normals[i])),
-            ("extent".into(), "float3[]", "", String::new(), Array::Float3(extent(frame, shape).to_vec())),
+            ("extent".into(), "float3[]", "", String::new(), Array::Float3(extent(places).to_vec())),
             ("faceVertexCounts".into(), "int[]", "", String::new(), Array::Ints(vec![3; shape.faces.len()])),
             (
                 "faceVertexIndices".into(),
@@ -149,7 +175,7 @@ impl Sheet {
         let whole: [(_, &str, _); 3] = [
             ("primvars:id", "Number of the node, the same in all frames", node_ints(&|i| i as u32)),
             ("primvars:source", "Point of the input mesh the node comes from", node_ints(&|i| motion.source[i])),
-            ("primvars:alive", "1 while the node belongs to the surface", node_ints(&|i| motion.alive[i].into())),
+            ("primvars:alive", "1 while the node belongs to the surface", alive),
         ];
         all.extend(whole.map(|(name, about, array)| (name.to_string(), "int[]", "vertex", about.into(), array)));
         let faces: [(_, &str, _); 3] = [
@@ -162,11 +188,10 @@ impl Sheet {
     }
 }
 
-/// Lowest and highest corner of the box around a surface [m].
-fn extent(frame: &Frame, shape: &Shape) -> [[f32; 3]; 2] {
-    let points = shape.nodes.iter().map(|i| frame.motion.position[*i as usize].as_vec3());
-    let bounds = points.fold(None, |bounds: Option<(Vec3, Vec3)>, p| {
-        Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
+/// Lowest and highest corner of the box around some places [m].
+fn extent(places: &[Vec3]) -> [[f32; 3]; 2] {
+    let bounds = places.iter().fold(None, |bounds: Option<(Vec3, Vec3)>, p| {
+        Some(bounds.map_or((*p, *p), |(low, high)| (low.min(*p), high.max(*p))))
     });
     let (low, high) = bounds.unwrap_or_default();
     [low.to_array(), high.to_array()]
@@ -177,8 +202,12 @@ fn stage<W: Write + Seek>(file: &mut CrateWriter<W>, sheet: &Sheet, sequence: &S
     let times = file.times(&sheet.times)?;
     let mut properties = Vec::new();
     for samples in &sheet.samples {
-        let value = file.time_samples(times, &samples.values)?;
-        let mut fields = vec![("typeName", file.token(samples.type_name)), ("timeSamples", value)];
+        // What never changes has no samples: readers then know that it does not, most of all the faces.
+        let value = match samples.values.as_slice() {
+            [only, rest @ ..] if rest.iter().all(|value| value == only) => ("default", *only),
+            values => ("timeSamples", file.time_samples(times, values)?),
+        };
+        let mut fields = vec![("typeName", file.token(samples.type_name)), value];
         if !samples.interpolation.is_empty() {
             fields.push(("interpolation", file.token(samples.interpolation)));
         }

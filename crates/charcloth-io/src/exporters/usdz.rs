@@ -22,7 +22,7 @@ const MOST_BYTES: u64 = 0xffff_0000;
 pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let path = folder.join("sheet.usdz");
     let layer = folder.join(format!("sheet.usdc{PARTIAL}"));
-    let packed = usd::write_file(sequence, &layer).and_then(|()| pack(&layer, &path));
+    let packed = usd::write_file(sequence, None, &layer).and_then(|()| pack(&layer, &path));
     // The error to report is the first one; whether the layer can be removed does not matter.
     let _ = fs::remove_file(layer);
     packed.map(|()| vec![path])

@@ -56,6 +56,31 @@ if form == "vat":
         assert np.allclose(length, 1, atol=0.02)
         return image[row, column, :3], alive
 
+elif form == "usd_twin":
+    from pxr import Usd, UsdGeom, UsdValidation
+
+    stage = Usd.Stage.Open(f"{folder}/twin.usdc")
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    found = UsdValidation.ValidationContext(validators).Validate(stage)
+    assert not found, [(error.GetName(), error.GetMessage()) for error in found]
+    mesh = UsdGeom.Mesh(stage.GetDefaultPrim().GetChild("sheet"))
+    primvars = UsdGeom.PrimvarsAPI(mesh)
+    for attribute in (mesh.GetFaceVertexIndicesAttr(), mesh.GetFaceVertexCountsAttr()):
+        assert not attribute.ValueMightBeTimeVarying(), "the faces change"
+    faces = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    assert not primvars.GetPrimvar("st").ValueMightBeTimeVarying()
+    uv = np.array(primvars.GetPrimvar("st").ComputeFlattened(0)).reshape(-1, 3, 2)
+    assert np.array_equal(uv, frames[0]["triangle_uv"][first])
+
+    def points(k):
+        alive = np.array(primvars.GetPrimvar("alive").Get(k))
+        moving = np.array(mesh.GetVelocitiesAttr().Get(k)).any(1)
+        assert not (moving & (alive == 0)).any()
+        temperature = np.array(primvars.GetPrimvar("temperature").Get(k))
+        corners = frames[k]["triangle_corners"][first]
+        assert np.array_equal(temperature[faces], frames[k]["temperature"][corners])
+        return np.array(mesh.GetPointsAttr().Get(k)), alive
+
 else:
     faces = np.array(
         [
