@@ -159,7 +159,7 @@ fn frames_are_drawn_and_exported() {
     let (code, _, error) = run(&folder.0, &["render", "runs/small", "-o", "film.avi"]);
     assert!(code == 2 && error.contains(".mp4"), "{error}");
     for row in EXPORTERS {
-        let arguments = ["export", "runs/small", "--format", row.name, "--frames", "1..2"];
+        let arguments = ["export", "runs/small", "--format", row.name, "--frames", "1..2", "--resolution", "64"];
         let (out, _) = fine(&folder.0, &arguments);
         let written = std::fs::read_dir(dir.join(row.name)).unwrap().map(|entry| entry.unwrap().path());
         let written: Vec<_> = written.collect();
