@@ -163,3 +163,36 @@ fn every_exporter_has_a_file() {
         assert!(shared.contains(&name.as_str()) || EXPORTERS.iter().any(|row| row.name == name), "{name}");
     }
 }
+
+#[test]
+fn runs_with_nothing_left_and_runs_of_chains_are_exported_or_refused_in_words() {
+    let burnt = Folder::new("burnt-away");
+    let mut writer = CacheWriter::create(&burnt.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    let mut state = sheet(4);
+    writer.write(&Frame::of(&state, 0, 0.0), &[], &state).unwrap();
+    state.triangles.alive.fill(0);
+    state.motion.alive.fill(0);
+    writer.write(&Frame::of(&state, 1, 1.0 / 24.0), &[], &state).unwrap();
+    let chain = Folder::new("chain");
+    let mut writer = CacheWriter::create(&chain.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    state.triangles = Default::default();
+    writer.write(&Frame::of(&state, 0, 0.0), &[], &state).unwrap();
+
+    for row in EXPORTERS {
+        for (run, needs_faces) in [(&burnt, false), (&chain, true)] {
+            let out = Folder::new(&format!("nothing-{}", row.name));
+            let cache = CacheReader::open(&run.0).unwrap();
+            let options = ExportOptions { resolution: 16, ..ExportOptions::default() };
+            let result = export(&cache, row.name, &options, &out.0, &mut |_| ControlFlow::Continue(()));
+            match row.name {
+                "usd_twin" | "pc2" | "mdd" | "vat" | "gltf" | "maps" if needs_faces => {
+                    let message = result.unwrap_err().to_string();
+                    let words = ["no living face", "no texture coordinates"];
+                    assert!(words.iter().any(|words| message.contains(words)), "{}: {message}", row.name);
+                    assert_eq!(std::fs::read_dir(&out.0).unwrap().count(), 0, "{}", row.name);
+                }
+                _ => assert!(!result.unwrap().is_empty(), "{}", row.name),
+            }
+        }
+    }
+}
