@@ -147,3 +147,12 @@ fn a_damaged_frame_is_named_and_leaves_nothing_half_written() {
     std::fs::remove_file(&frame).unwrap();
     export_all("missing");
 }
+
+#[test]
+fn mean_velocities_are_those_from_frame_to_frame() {
+    let folder = Folder::new("mean");
+    let cache = CacheReader::open(&run().0).unwrap();
+    let options = ExportOptions { mean_velocities: true, ..ExportOptions::default() };
+    let files = export(&cache, "usd", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    read_with("velocities.py", &[&run().0, &files[0]]);
+}

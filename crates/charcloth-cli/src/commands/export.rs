@@ -32,14 +32,21 @@ pub struct Arguments {
     /// How far maps go beyond the borders of the texture's patches, in texels
     #[arg(long, value_name = "N", default_value_t = ExportOptions::default().gutter)]
     gutter: u32,
+    /// Velocities from frame to frame, not of the moment: motion blur without the trembling of the sheet within a frame
+    #[arg(long)]
+    mean_velocities: bool,
 }
 
 impl Run for Arguments {
     fn run(self) -> anyhow::Result<Outcome> {
         let cache = CacheReader::open(&self.cache)?;
         let folder = self.output.unwrap_or_else(|| cache.folder().with_file_name(&self.format));
-        let options =
-            ExportOptions { frames: self.frames.map(Frames::range), resolution: self.resolution, gutter: self.gutter };
+        let options = ExportOptions {
+            frames: self.frames.map(Frames::range),
+            resolution: self.resolution,
+            gutter: self.gutter,
+            mean_velocities: self.mean_velocities,
+        };
         interrupt::watch()?;
         let bar = ProgressBar::new(0);
         let mut progress = |now: charcloth_io::exporters::Progress<'_>| {

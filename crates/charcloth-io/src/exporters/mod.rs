@@ -119,11 +119,13 @@ pub struct ExportOptions {
     pub resolution: u32,
     /// How far maps go beyond the borders of the texture's patches [texels].
     pub gutter: u32,
+    /// Velocities from the frame before to the frame after, in place of those at the moment itself.
+    pub mean_velocities: bool,
 }
 
 impl Default for ExportOptions {
     fn default() -> Self {
-        Self { frames: None, resolution: 1024, gutter: 8 }
+        Self { frames: None, resolution: 1024, gutter: 8, mean_velocities: false }
     }
 }
 

@@ -4,6 +4,7 @@ use super::{ExportOptions, Progress};
 use crate::cache::{CacheMeta, CacheReader};
 use crate::error::IoError;
 use charcloth::frame::Frame;
+use glam::DVec3;
 use std::fmt;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -18,6 +19,9 @@ pub struct Sequence<'a> {
     done: usize,
     /// Triangles of the first frame; later ones must have as many at least.
     triangles: usize,
+    /// Time and places of the frame before, and the frame after, for mean velocities.
+    before: Option<(f64, Vec<DVec3>)>,
+    ahead: Option<Frame>,
     progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 }
 
@@ -30,7 +34,7 @@ impl<'a> Sequence<'a> {
         progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
     ) -> Self {
         assert!(!numbers.is_empty(), "a sequence has a first frame");
-        Self { cache, numbers, options, passes: 1, done: 0, triangles: 0, progress }
+        Self { cache, numbers, options, passes: 1, done: 0, triangles: 0, before: None, ahead: None, progress }
     }
 
     /// What the cache says about the run.
@@ -100,17 +104,43 @@ impl<'a> Sequence<'a> {
         if self.done == self.passes * self.numbers.len() {
             return Ok(None);
         }
-        let number = self.numbers[self.done % self.numbers.len()];
-        let frame = self.cache.frame(number)?;
-        if self.done.is_multiple_of(self.numbers.len()) {
+        let at = self.done % self.numbers.len();
+        let number = self.numbers[at];
+        if at == 0 {
+            (self.before, self.ahead) = (None, None);
+        }
+        let mut frame = match self.ahead.take() {
+            Some(frame) => frame,
+            None => self.cache.frame(number)?,
+        };
+        if at == 0 {
             self.triangles = frame.triangles.len();
         }
         self.done += 1;
+        if self.options.mean_velocities {
+            self.ahead = self.numbers.get(at + 1).map(|number| self.cache.frame(*number)).transpose()?;
+            self.average_velocities(&mut frame);
+        }
         if frame.triangles.len() < self.triangles {
             let problem = format!("frame {number} has fewer triangles than the first");
             return Err(IoError::content(self.cache.folder(), problem, "it is of another run: run the scene again"));
         }
         Ok(Some(frame))
+    }
+
+    /// Replaces the velocities of a frame by the mean ones from the frame before to the frame after, as far as the
+    /// nodes are there; a node without either keeps its own.
+    fn average_velocities(&mut self, frame: &mut Frame) {
+        for i in 0..frame.motion.len() {
+            let here = (frame.time, frame.motion.position[i]);
+            let before = self.before.as_ref().and_then(|(time, places)| Some((*time, *places.get(i)?)));
+            let after = self.ahead.as_ref().and_then(|frame| Some((frame.time, *frame.motion.position.get(i)?)));
+            let ((from, start), (to, end)) = (before.unwrap_or(here), after.unwrap_or(here));
+            if to > from {
+                frame.motion.velocity[i] = (end - start) / (to - from);
+            }
+        }
+        self.before = Some((frame.time, frame.motion.position.clone()));
     }
 }
 
