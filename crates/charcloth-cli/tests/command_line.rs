@@ -4,7 +4,7 @@ mod common;
 
 use common::{Folder, run};
 
-const COMMANDS: [&str; 8] = ["run", "render", "export", "check", "new", "list", "schema", "bench"];
+const COMMANDS: [&str; 9] = ["run", "render", "export", "import-check", "check", "new", "list", "schema", "bench"];
 
 #[test]
 fn help_names_every_command() {
@@ -142,4 +142,23 @@ fn a_new_scene_reads_and_is_not_overwritten() {
         assert!(code == 2 && error.contains("there already"), "{error}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
     }
+}
+
+#[test]
+fn a_mesh_is_looked_at_before_it_burns() {
+    let folder = Folder::new("import-check");
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../charcloth-io/tests/meshes/lampshade_mm.ply");
+    let (code, out, error) = run(&folder.0, &["import-check", mesh]);
+    assert_eq!(code, 0, "{error}");
+    for fact in ["ply, 2366 points", "sheet.unit=mm", "holes 1;", "coordinates from (0.000, 0.000)", "frames", "memory"]
+    {
+        assert!(out.contains(fact), "{fact} in {out}");
+    }
+    let (_, out, _) = run(&folder.0, &["import-check", mesh, "--unit", "cm", "--no-estimate"]);
+    assert!(out.contains("cm, as you say") && !out.contains("memory"), "{out}");
+    let (code, _, error) = run(&folder.0, &["import-check", "none.obj"]);
+    assert!(code == 2 && error.contains("none.obj"), "{error}");
+    folder.write("empty.ply", "");
+    let (code, _, error) = run(&folder.0, &["import-check", "empty.ply"]);
+    assert!(code == 2 && error.contains("empty.ply"), "{error}");
 }

@@ -2,6 +2,7 @@
 
 mod common;
 
+use charcloth_io::exporters::{EXPORTERS, Writer};
 use common::{Folder, run};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -157,10 +158,16 @@ fn frames_are_drawn_and_exported() {
     assert!(code == 2 && error.contains("frames 0 to 4"), "{error}");
     let (code, _, error) = run(&folder.0, &["render", "runs/small", "-o", "film.avi"]);
     assert!(code == 2 && error.contains(".mp4"), "{error}");
-    for row in charcloth_io::exporters::EXPORTERS {
-        let (out, _) = fine(&folder.0, &["export", "runs/small", "--format", row.name, "--frames", "1..2"]);
-        assert!(out.starts_with("2 files"), "{out}");
-        assert!(dir.join(row.name).join(format!("frame_00002.{}", row.item.extension)).exists());
+    for row in EXPORTERS {
+        let arguments = ["export", "runs/small", "--format", row.name, "--frames", "1..2", "--resolution", "64"];
+        let (out, _) = fine(&folder.0, &arguments);
+        let written = std::fs::read_dir(dir.join(row.name)).unwrap().map(|entry| entry.unwrap().path());
+        let written: Vec<_> = written.collect();
+        assert!(out.starts_with(&format!("{} files", written.len())), "{out}");
+        assert!(written.iter().any(|file| file.extension().is_some_and(|ending| ending == row.item.extension)));
+        if let Writer::EachFrame(_) = row.item.write {
+            assert!(dir.join(row.name).join(format!("frame_00002.{}", row.item.extension)).exists());
+        }
     }
 }
 

@@ -17,14 +17,44 @@ pub(crate) enum Durability {
     Machine,
 }
 
+/// Why a file that is made of others could not be written.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The file itself could not be written.
+    Write(io::Error),
+    /// What it is made of could not be had.
+    Source(IoError),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Write(error)
+    }
+}
+
+impl From<IoError> for Failure {
+    fn from(error: IoError) -> Self {
+        Self::Source(error)
+    }
+}
+
 /// Writes a file whole or not at all; what was there before stays until the new one is complete.
 pub(crate) fn write_whole(
     path: &Path,
     durability: Durability,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), IoError> {
+    write_streamed(path, durability, |out| Ok(write(out)?))
+}
+
+/// As [`write_whole`], for files whose source is read while they are written.
+pub(crate) fn write_streamed(
+    path: &Path,
+    durability: Durability,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), Failure>,
+) -> Result<(), IoError> {
     let partial = partial_name(path);
-    let attempt = || -> io::Result<()> {
+    let attempt = || -> Result<(), Failure> {
         let mut writer = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
         write(&mut writer)?;
         writer.flush()?;
@@ -41,7 +71,10 @@ pub(crate) fn write_whole(
     attempt().map_err(|error| {
         // The error to report is the first one; whether the leftover can be removed does not matter.
         let _ = fs::remove_file(&partial);
-        IoError::system("write", path, &error)
+        match error {
+            Failure::Write(error) => IoError::system("write", path, &error),
+            Failure::Source(error) => error,
+        }
     })
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 
 fn info() -> RunInfo {
-    RunInfo { scene: "corner".into(), fps: 24.0 }
+    RunInfo { scene: "corner".into(), fps: 24.0, ..RunInfo::default() }
 }
 
 /// The state at a frame of a pretended run.

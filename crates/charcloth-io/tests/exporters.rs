@@ -3,20 +3,26 @@
 mod common;
 
 use charcloth::frame::Frame;
+use charcloth::registry::Entry;
 use charcloth::scene::LengthUnit;
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
-use charcloth_io::exporters::{EXPORTERS, display_color, export, write_frame};
+use charcloth_io::exporters::{EXPORTERS, ExportOptions, Exporter, Writer, display_color, export, write_frame};
 use charcloth_io::importers::read_mesh;
 use common::{Folder, sheet};
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
 use std::ops::ControlFlow;
 
+/// Formats with a file a frame; those of all frames have readers of their own in `readers.rs`.
+fn frame_formats() -> impl Iterator<Item = &'static Entry<Exporter>> {
+    EXPORTERS.iter().filter(|row| matches!(row.item.write, Writer::EachFrame(_)))
+}
+
 #[test]
 fn every_format_gives_back_the_living_surface() {
     let folder = Folder::new("formats");
     let frame = Frame::of(&sheet(9), 12, 0.5);
-    for row in EXPORTERS {
+    for row in frame_formats() {
         let path = folder.0.join(format!("frame.{}", row.item.extension));
         write_frame(&frame, &path).unwrap();
         let mesh = read_mesh(&path, LengthUnit::M).unwrap();
@@ -76,7 +82,7 @@ fn frames_with_nothing_left_and_frames_of_chains_are_written() {
     let mut frame = Frame::of(&sheet(3), 0, 0.0);
     frame.triangles.alive.fill(0);
     let chain = Frame { triangles: Default::default(), ..frame.clone() };
-    for row in EXPORTERS {
+    for row in frame_formats() {
         let path = folder.0.join(format!("a.{}", row.item.extension));
         for frame in [&frame, &chain, &Frame::default()] {
             write_frame(frame, &path).unwrap();
@@ -90,28 +96,30 @@ fn frames_with_nothing_left_and_frames_of_chains_are_written() {
 #[test]
 fn a_cache_is_exported_in_part_and_may_be_stopped() {
     let folder = Folder::new("export");
-    let mut writer = CacheWriter::create(&folder.0, &RunInfo { scene: "test".into(), fps: 24.0 }).unwrap();
+    let mut writer =
+        CacheWriter::create(&folder.0, &RunInfo { scene: "test".into(), fps: 24.0, ..RunInfo::default() }).unwrap();
     let state = sheet(4);
     for number in 0..6 {
         writer.write(&Frame::of(&state, number, f64::from(number) / 24.0), &[], &state).unwrap();
     }
     let cache = CacheReader::open(&folder.0).unwrap();
     let out = folder.0.join("some/where");
+    let some = |frames| ExportOptions { frames: Some(frames), ..ExportOptions::default() };
     let mut told = Vec::new();
     let mut progress = |now: charcloth_io::exporters::Progress<'_>| {
         told.push((now.done, now.total));
         if now.done == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let written = export(&cache, "obj", Some(2..=9), &out, &mut progress).unwrap();
+    let written = export(&cache, "obj", &some(2..=9), &out, &mut progress).unwrap();
     assert_eq!(told, [(1, 4), (2, 4), (3, 4)]);
     assert_eq!(written.len(), 3);
     assert!(out.join("frame_00002.obj").is_file() && !out.join("frame_00005.obj").exists());
 
     let mut quiet = |_: charcloth_io::exporters::Progress<'_>| ControlFlow::Continue(());
-    assert_eq!(export(&cache, "ply", None, &out, &mut quiet).unwrap().len(), 6);
-    let message = export(&cache, "ply", Some(7..=9), &out, &mut quiet).unwrap_err().to_string();
+    assert_eq!(export(&cache, "ply", &ExportOptions::default(), &out, &mut quiet).unwrap().len(), 6);
+    let message = export(&cache, "ply", &some(7..=9), &out, &mut quiet).unwrap_err().to_string();
     assert!(message.contains("there are frames 0 to 5"), "{message}");
-    let message = export(&cache, "plx", None, &out, &mut quiet).unwrap_err().to_string();
+    let message = export(&cache, "plx", &ExportOptions::default(), &out, &mut quiet).unwrap_err().to_string();
     assert!(message.contains("did you mean ply?") && message.contains("ply, obj"), "{message}");
 }
 
@@ -137,9 +145,54 @@ fn every_exporter_has_a_file() {
     for row in EXPORTERS {
         assert!(folder.join(format!("{}.rs", row.name)).is_file() && !row.about.is_empty(), "{}", row.name);
     }
-    let shared = ["mod", "look", "surface"];
+    let shared = [
+        "mod",
+        "glb",
+        "look",
+        "ogawa",
+        "pictures",
+        "quantities",
+        "sequence",
+        "surface",
+        "twin",
+        "twin_obj",
+        "usd_crate",
+    ];
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().path().file_stem().unwrap().to_string_lossy().to_string();
         assert!(shared.contains(&name.as_str()) || EXPORTERS.iter().any(|row| row.name == name), "{name}");
+    }
+}
+
+#[test]
+fn runs_with_nothing_left_and_runs_of_chains_are_exported_or_refused_in_words() {
+    let burnt = Folder::new("burnt-away");
+    let mut writer = CacheWriter::create(&burnt.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    let mut state = sheet(4);
+    writer.write(&Frame::of(&state, 0, 0.0), &[], &state).unwrap();
+    state.triangles.alive.fill(0);
+    state.motion.alive.fill(0);
+    writer.write(&Frame::of(&state, 1, 1.0 / 24.0), &[], &state).unwrap();
+    let chain = Folder::new("chain");
+    let mut writer = CacheWriter::create(&chain.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    state.triangles = Default::default();
+    writer.write(&Frame::of(&state, 0, 0.0), &[], &state).unwrap();
+
+    for row in EXPORTERS {
+        for (run, needs_faces) in [(&burnt, false), (&chain, true)] {
+            let out = Folder::new(&format!("nothing-{}", row.name));
+            let cache = CacheReader::open(&run.0).unwrap();
+            let options = ExportOptions { resolution: 16, ..ExportOptions::default() };
+            let result = export(&cache, row.name, &options, &out.0, &mut |_| ControlFlow::Continue(()));
+            match row.name {
+                "usd_twin" | "pc2" | "mdd" | "vat" | "gltf" | "maps" if needs_faces => {
+                    let message = result.unwrap_err().to_string();
+                    let words = ["no living face", "no texture coordinates"];
+                    assert!(words.iter().any(|words| message.contains(words)), "{}: {message}", row.name);
+                    assert_eq!(std::fs::read_dir(&out.0).unwrap().count(), 0, "{}", row.name);
+                }
+                _ => assert!(!result.unwrap().is_empty(), "{}", row.name),
+            }
+        }
     }
 }

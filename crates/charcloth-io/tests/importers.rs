@@ -6,7 +6,7 @@ use charcloth::mesh::SurfaceMesh;
 use charcloth::scene::LengthUnit;
 use charcloth::sheet::bounds;
 use charcloth_io::IoError;
-use charcloth_io::importers::{IMPORTERS, read_mesh};
+use charcloth_io::importers::{IMPORTERS, inspect, likely_unit, read_mesh};
 use common::{Folder, mesh_file};
 use glam::{DVec3, Vec2};
 use std::collections::BTreeMap;
@@ -494,10 +494,44 @@ fn every_importer_has_a_file_and_every_file_an_importer() {
         assert!(folder.join(format!("{}.rs", row.name)).is_file(), "{}", row.name);
         assert!(!row.about.is_empty() && !row.item.extensions.is_empty(), "{}", row.name);
     }
-    let shared = ["mod", "clean", "gltf_document", "orientation", "polygons", "raw"];
+    let shared = ["mod", "clean", "gltf_document", "orientation", "polygons", "raw", "report"];
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_string_lossy().to_string();
         assert!(shared.contains(&name.as_str()) || IMPORTERS.iter().any(|row| row.name == name), "{name}");
     }
+}
+
+#[test]
+fn a_report_says_what_a_file_holds() {
+    let lampshade = inspect(&mesh_file("lampshade_mm.ply"), None).unwrap();
+    assert_eq!((lampshade.unit, lampshade.file_faces), (LengthUnit::Mm, 4500));
+    assert_eq!(lampshade.mesh, read_mesh(&mesh_file("lampshade_mm.ply"), LengthUnit::Mm).unwrap());
+    // Open above and below.
+    assert_eq!(lampshade.shells.iter().map(|shell| shell.borders).collect::<Vec<_>>(), [2]);
+    let [shortest, median, longest] = lampshade.edges;
+    assert!(0.004 < shortest && shortest < median && median < longest && longest < 0.02);
+
+    let book = inspect(&mesh_file("book_pages.glb"), None).unwrap();
+    assert!(book.unit == LengthUnit::M && book.shells.len() == 12 && book.shells.iter().all(|page| page.holes() == 0));
+    assert_eq!(book.uv, Some([Vec2::ZERO, Vec2::ONE]));
+    assert_eq!(inspect(&mesh_file("letter_hole.obj"), None).unwrap().shells[0].holes(), 1);
+    let letter = inspect(&mesh_file("letter_crumpled.stl"), Some(LengthUnit::Ft)).unwrap();
+    assert!(letter.unit == LengthUnit::Ft && letter.uv.is_none());
+
+    // A sheet of A4 by what a file in each unit says of its length.
+    for (size, unit) in [(0.297, "m"), (29.7, "cm"), (297.0, "mm"), (11.7, "in")] {
+        assert_eq!(likely_unit(size).0, unit, "{size}");
+    }
+    // Blender's plane.
+    assert_eq!(likely_unit(2.0).0, "m");
+}
+
+#[test]
+fn a_closed_shell_has_no_border() {
+    let folder = Folder::new("tetrahedron");
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    let report = inspect(&folder.file("a.obj", text), None).unwrap();
+    assert_eq!(report.shells.len(), 1);
+    assert_eq!((report.shells[0].borders, report.shells[0].holes(), report.shells[0].triangles), (0, 0, 4));
 }

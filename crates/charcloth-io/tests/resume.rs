@@ -3,38 +3,22 @@
 mod common;
 
 use charcloth::random::Random;
-use charcloth::scene::{Corner, Ignite, Pin, Scene};
 use charcloth::simulation::{Inputs, Simulation};
-use charcloth::units::*;
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
-use common::Folder;
+use common::{Folder, tearing_scene};
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
 const LAST: u32 = 14;
 
-/// A small sheet that burns and tears within a few frames.
-fn scene() -> Scene {
-    let mut scene = Scene::default();
-    scene.sheet.width = Length(0.05);
-    scene.sheet.height = Length(0.05);
-    scene.sheet.spacing = Length(0.004);
-    scene.fire.burn_time = Time(0.1);
-    scene.fire.diffusivity = Diffusivity(4e-5);
-    scene.mechanics.strength = ForcePerWidth(2.0);
-    scene.pin.push(Pin { corner: Some(Corner::TopLeft), radius: Length(0.006), ..Pin::default() });
-    scene.ignite.push(Ignite { corner: Some(Corner::BottomRight), radius: Length(0.015), ..Ignite::default() });
-    scene
-}
-
 fn info() -> RunInfo {
-    RunInfo { scene: "resumed".into(), fps: 24.0 }
+    RunInfo { scene: "resumed".into(), fps: 24.0, ..RunInfo::default() }
 }
 
 /// Goes on from whatever the folder holds, to frame `last`. Without `finish` it stops as a killed run does.
 fn go_on(folder: &Path, last: u32, every: Duration) -> Simulation {
-    let (inputs, scene) = (Inputs::default(), scene());
+    let (inputs, scene) = (Inputs::default(), tearing_scene());
     let fresh = CacheWriter::create(folder, &info());
     let (mut writer, mut simulation) = match fresh {
         Ok(writer) => (writer, Simulation::build(&scene, &inputs).unwrap()),
@@ -52,7 +36,7 @@ fn go_on(folder: &Path, last: u32, every: Duration) -> Simulation {
 fn a_run_stopped_at_any_frame_ends_with_the_same_bits() {
     let straight = Folder::new("resume-straight");
     let end = go_on(&straight.0, LAST, Duration::ZERO);
-    let nodes = Simulation::build(&scene(), &Inputs::default()).unwrap().state().motion.len();
+    let nodes = Simulation::build(&tearing_scene(), &Inputs::default()).unwrap().state().motion.len();
     assert!(end.state().motion.len() > nodes, "the scene is one that tears");
     let file = |folder: &Folder, name: &str| fs::read(folder.0.join(name)).unwrap();
 

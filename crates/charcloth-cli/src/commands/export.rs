@@ -5,7 +5,7 @@ use crate::frames::Frames;
 use crate::interrupt;
 use anyhow::Context;
 use charcloth_io::cache::CacheReader;
-use charcloth_io::exporters::{EXPORTERS, export};
+use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
@@ -26,12 +26,27 @@ pub struct Arguments {
     /// Folder to write into [default: a folder named as the format in that of the run]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
+    /// Width and height of maps, in texels
+    #[arg(long, value_name = "N", default_value_t = ExportOptions::default().resolution)]
+    resolution: u32,
+    /// How far maps go beyond the borders of the texture's patches, in texels
+    #[arg(long, value_name = "N", default_value_t = ExportOptions::default().gutter)]
+    gutter: u32,
+    /// Velocities from frame to frame, not of the moment: motion blur without the trembling of the sheet within a frame
+    #[arg(long)]
+    mean_velocities: bool,
 }
 
 impl Run for Arguments {
     fn run(self) -> anyhow::Result<Outcome> {
         let cache = CacheReader::open(&self.cache)?;
         let folder = self.output.unwrap_or_else(|| cache.folder().with_file_name(&self.format));
+        let options = ExportOptions {
+            frames: self.frames.map(Frames::range),
+            resolution: self.resolution,
+            gutter: self.gutter,
+            mean_velocities: self.mean_velocities,
+        };
         interrupt::watch()?;
         let bar = ProgressBar::new(0);
         let mut progress = |now: charcloth_io::exporters::Progress<'_>| {
@@ -39,7 +54,7 @@ impl Run for Arguments {
             bar.set_position(now.done as u64);
             if interrupt::asked_to_stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let written = export(&cache, &self.format, self.frames.map(Frames::range), &folder, &mut progress)?;
+        let written = export(&cache, &self.format, &options, &folder, &mut progress)?;
         bar.finish_and_clear();
         let first = written.first().context("nothing was written")?;
         println!("{} files from {}", written.len(), first.display());

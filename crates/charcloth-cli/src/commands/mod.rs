@@ -3,6 +3,7 @@
 mod bench;
 mod check;
 mod export;
+mod import_check;
 mod list;
 mod new;
 mod render;
@@ -49,6 +50,11 @@ pub const COMMANDS: &[Entry<Subcommand>] = &[
         item: subcommand::<export::Arguments>(),
     },
     Entry {
+        name: "import-check",
+        about: "Look at a mesh file before burning it",
+        item: subcommand::<import_check::Arguments>(),
+    },
+    Entry {
         name: "check",
         about: "Run scenes and compare with what they expect",
         item: subcommand::<check::Arguments>(),
@@ -79,7 +85,7 @@ mod tests {
             .map(|entry| entry.unwrap().file_name().into_string().unwrap().trim_end_matches(".rs").to_owned())
             .filter(|name| name != "mod")
             .collect();
-        let table: BTreeSet<String> = COMMANDS.iter().map(|row| row.name.to_owned()).collect();
+        let table: BTreeSet<String> = COMMANDS.iter().map(|row| row.name.replace('-', "_")).collect();
         assert_eq!(files, table);
         assert_eq!(table.len(), COMMANDS.len(), "a name is there twice");
     }

@@ -76,7 +76,7 @@ impl Run for Arguments {
         }
         let scene = &case.scene;
         let (inputs, mut warnings) = case.read_inputs(&Files)?;
-        let info = RunInfo { scene: scene.name.clone(), fps: scene.time.fps };
+        let info = RunInfo { scene: scene.name.clone(), fps: scene.time.fps, up: scene.up };
 
         let (mut simulation, cache, resumed_from) = if self.resume {
             let (cache, checkpoint) = CacheWriter::resume(&folder, &info)?;

@@ -1,10 +1,11 @@
 //! `cache.json`: what the arrays of a cache are.
 
 use super::npz::{Precision, layout};
-use super::{FOLDER, FORMAT, META, VERSION, frame_columns};
+use super::{FOLDER, FORMAT, META, RunInfo, VERSION, frame_columns};
 use crate::error::IoError;
 use crate::files::{Durability, read_whole, write_whole};
 use charcloth::frame::Frame;
+use charcloth::scene::Axis;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -25,6 +26,9 @@ pub struct CacheMeta {
     /// Frames a second.
     #[serde(default)]
     pub fps: f64,
+    /// Which way is up; caches that do not say are y-up, as scenes are unless they say.
+    #[serde(default)]
+    pub up: Axis,
     /// The arrays of a frame.
     #[serde(default)]
     pub fields: Vec<FieldMeta>,
@@ -54,7 +58,7 @@ pub struct FieldMeta {
 
 impl CacheMeta {
     /// What this version of the program writes.
-    pub(super) fn of_this_version(scene: &str, fps: f64) -> Self {
+    pub(super) fn of_this_version(run: &RunInfo) -> Self {
         let frame = Frame::default();
         let fields = frame_columns(&frame)
             .into_iter()
@@ -74,8 +78,9 @@ impl CacheMeta {
             format: FORMAT.to_string(),
             version: VERSION,
             charcloth: env!("CARGO_PKG_VERSION").to_string(),
-            scene: scene.to_string(),
-            fps,
+            scene: run.scene.clone(),
+            fps: run.fps,
+            up: run.up,
             fields,
         }
     }

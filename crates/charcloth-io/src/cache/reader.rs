@@ -4,9 +4,13 @@ use super::npz::NpzReader;
 use super::{CacheMeta, Checkpoint, checkpoint, frame_columns_mut, frame_name, frame_number};
 use crate::error::IoError;
 use crate::files::read_whole;
+use charcloth::fields::DataMut;
 use charcloth::frame::Frame;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+/// What to try where a frame cannot be read.
+const DAMAGED: &str = "it may be damaged or of another version: run the scene again, or resume it";
 
 /// A cache to read frames from.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,11 +59,18 @@ impl CacheReader {
             };
             return Err(IoError::content(&self.cache, format!("there is no frame {number}"), hint));
         }
-        let frame = read_frame(read_whole(&path)?).map_err(|problem| {
-            let hint = "it may be damaged or of another version: run the scene again, or resume it";
-            IoError::content(&path, problem, hint)
-        })?;
+        let frame = read_frame(read_whole(&path)?).map_err(|problem| IoError::content(&path, problem, DAMAGED))?;
         Ok(frame)
+    }
+
+    /// Flags of the triangles of a frame, without the rest of it: 1 while a triangle is part of the surface.
+    pub fn triangles_alive(&self, number: u32) -> Result<Vec<u8>, IoError> {
+        let path = self.cache.join(frame_name(number));
+        let mut flags = Vec::new();
+        NpzReader::new(read_whole(&path)?)
+            .and_then(|mut npz| npz.fill("triangle_alive", DataMut::U8(&mut flags)))
+            .map_err(|problem| IoError::content(&path, problem, DAMAGED))?;
+        Ok(flags)
     }
 
     /// The state to go on from, if the run has written one.

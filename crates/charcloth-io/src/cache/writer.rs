@@ -9,6 +9,7 @@ use crate::error::IoError;
 use crate::files::{Durability, PARTIAL, create_folder, write_whole};
 use charcloth::error::Error;
 use charcloth::frame::{Frame, Sample, Sink};
+use charcloth::scene::Axis;
 use charcloth::sheet::SheetState;
 use std::fs::{self, File};
 use std::ops::ControlFlow;
@@ -31,6 +32,8 @@ pub struct RunInfo {
     pub scene: String,
     /// Frames a second.
     pub fps: f64,
+    /// Which way is up.
+    pub up: Axis,
 }
 
 /// A sink that writes every frame into the cache of a run, keeps a checkpoint, and writes the time history.
@@ -60,7 +63,7 @@ impl CacheWriter {
         create_folder(&cache)?;
         remove_partial(&cache)?;
         remove_partial(run)?;
-        CacheMeta::of_this_version(&info.scene, info.fps).write(&cache)?;
+        CacheMeta::of_this_version(info).write(&cache)?;
         Ok(Self::with(cache, History::create(run)))
     }
 
@@ -76,7 +79,7 @@ impl CacheWriter {
         remove_partial(run)?;
         remove_where(&cache, |name| frame_number(name).is_some_and(|number| number > checkpoint.frame))?;
         let history = History::resume(run, checkpoint.frame)?;
-        CacheMeta::of_this_version(&info.scene, info.fps).write(&cache)?;
+        CacheMeta::of_this_version(info).write(&cache)?;
         Ok((Self::with(cache, history), checkpoint))
     }
 

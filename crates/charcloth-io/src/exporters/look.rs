@@ -13,10 +13,27 @@ const SCORCH: [f64; 2] = [420.0, 540.0];
 /// Colour of a node, sRGB 0 to 255: white paper, brown by the highest temperature [K] it has seen, black by the
 /// fraction of its fuel that is gone.
 pub fn display_color(peak_temperature: f64, burnt: f64) -> [u8; 3] {
-    let scorched = ((peak_temperature - SCORCH[0]) / (SCORCH[1] - SCORCH[0])).clamp(0.0, 1.0);
+    let scorched = scorched(peak_temperature);
     let burnt = burnt.clamp(0.0, 1.0);
     std::array::from_fn(|k| {
         let paper = PAPER[k] + (SCORCHED[k] - PAPER[k]) * scorched;
         (paper + (CHAR[k] - paper) * burnt).round() as u8
     })
+}
+
+/// How dark a node has become: 0 white paper, one half scorched brown, 1 char.
+pub fn darkness(peak_temperature: f64, burnt: f64) -> f64 {
+    let brown = 0.5 * scorched(peak_temperature);
+    brown + (1.0 - brown) * burnt.clamp(0.0, 1.0)
+}
+
+fn scorched(peak_temperature: f64) -> f64 {
+    ((peak_temperature - SCORCH[0]) / (SCORCH[1] - SCORCH[0])).clamp(0.0, 1.0)
+}
+
+/// Linear value, 0 to 1, of an sRGB component. IEC 61966-2-1, its transfer function.
+pub fn linear(component: u8) -> f32 {
+    let value = f64::from(component) / 255.0;
+    let linear = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+    linear as f32
 }

@@ -1,9 +1,26 @@
 //! Frames out, to files that other programs open. One file a format.
 
+mod abc;
+mod glb;
+mod gltf;
 mod look;
+mod maps;
+mod mdd;
 mod obj;
+mod ogawa;
+mod pc2;
+mod pictures;
 mod ply;
+mod quantities;
+mod sequence;
 mod surface;
+mod twin;
+mod twin_obj;
+mod usd;
+mod usd_crate;
+mod usd_twin;
+mod usdz;
+mod vat;
 
 pub use look::display_color;
 
@@ -12,6 +29,7 @@ use crate::error::IoError;
 use crate::files::create_folder;
 use charcloth::frame::Frame;
 use charcloth::registry::{Entry, nearest};
+pub use sequence::Sequence;
 use std::ops::{ControlFlow, RangeInclusive};
 use std::path::{Path, PathBuf};
 
@@ -20,8 +38,17 @@ use std::path::{Path, PathBuf};
 pub struct Exporter {
     /// File name ending, without the dot.
     pub extension: &'static str,
-    /// Writes the living surface of a frame.
-    pub write: fn(&Frame, &Path) -> Result<(), IoError>,
+    /// Writes frames.
+    pub write: Writer,
+}
+
+/// How a format takes frames.
+#[derive(Debug)]
+pub enum Writer {
+    /// Writes the living surface of one frame into a file.
+    EachFrame(fn(&Frame, &Path) -> Result<(), IoError>),
+    /// Writes all frames into a folder and lists the files, those to open first.
+    AllFrames(fn(&mut Sequence<'_>, &Path) -> Result<Vec<PathBuf>, IoError>),
 }
 
 /// Formats that frames can be written in.
@@ -29,19 +56,89 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
     Entry {
         name: "ply",
         about: "binary PLY with every quantity of the nodes: Blender, MeshLab, trimesh, Houdini by conversion",
-        item: Exporter { extension: "ply", write: ply::write },
+        item: Exporter { extension: "ply", write: Writer::EachFrame(ply::write) },
     },
     Entry {
         name: "obj",
         about: "Wavefront OBJ with texture coordinates and normals: opens everywhere, carries the shape only",
-        item: Exporter { extension: "obj", write: obj::write },
+        item: Exporter { extension: "obj", write: Writer::EachFrame(obj::write) },
+    },
+    Entry {
+        name: "usd",
+        about: "OpenUSD, all frames in one .usdc with changing topology: Blender, Houdini, Maya, Unreal, usdview",
+        item: Exporter { extension: "usdc", write: Writer::AllFrames(usd::write) },
+    },
+    Entry {
+        name: "usdz",
+        about: "the same in one package: Quick Look, augmented reality",
+        item: Exporter { extension: "usdz", write: Writer::AllFrames(usdz::write) },
+    },
+    Entry {
+        name: "abc",
+        about: "Alembic, all frames in one .abc with changing topology: Blender, Houdini, Maya",
+        item: Exporter { extension: "abc", write: Writer::AllFrames(abc::write) },
+    },
+    Entry {
+        name: "gltf",
+        about: "glTF 2.0, all frames in one .glb, each shown in its time: web pages, game engines",
+        item: Exporter { extension: "glb", write: Writer::AllFrames(gltf::write) },
+    },
+    Entry {
+        name: "usd_twin",
+        about: "OpenUSD with the same points and faces in all frames: engines that cannot take others",
+        item: Exporter { extension: "usdc", write: Writer::AllFrames(usd_twin::write) },
+    },
+    Entry {
+        name: "pc2",
+        about: "point cache with an OBJ that it moves, of the same points in all frames: Blender, 3ds Max, Maya",
+        item: Exporter { extension: "pc2", write: Writer::AllFrames(pc2::write) },
+    },
+    Entry {
+        name: "mdd",
+        about: "the same in the older MDD: Blender, LightWave, Cinema 4D",
+        item: Exporter { extension: "mdd", write: Writer::AllFrames(mdd::write) },
+    },
+    Entry {
+        name: "vat",
+        about: "vertex animation textures with the mesh that they move: Unreal, Unity, Godot",
+        item: Exporter { extension: "exr", write: Writer::AllFrames(vat::write) },
+    },
+    Entry {
+        name: "maps",
+        about: "temperature, char and holes as pictures over the texture, and when each place caught fire: shaders",
+        item: Exporter { extension: "exr", write: Writer::AllFrames(maps::write) },
     },
 ];
+
+/// What can be chosen about an export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportOptions {
+    /// First and last frame; none means all there are.
+    pub frames: Option<RangeInclusive<u32>>,
+    /// Width and height of maps [texels].
+    pub resolution: u32,
+    /// How far maps go beyond the borders of the texture's patches [texels].
+    pub gutter: u32,
+    /// Velocities from the frame before to the frame after, in place of those at the moment itself.
+    pub mean_velocities: bool,
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self { frames: None, resolution: 1024, gutter: 8, mean_velocities: false }
+    }
+}
 
 /// Writes one frame in the format that the ending of the name tells.
 pub fn write_frame(frame: &Frame, path: &Path) -> Result<(), IoError> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    (find(&ending, path)?.item.write)(frame, path)
+    match find(&ending, path)?.item.write {
+        Writer::EachFrame(write) => write(frame, path),
+        Writer::AllFrames(_) => {
+            let hint = "export the run into a folder";
+            Err(IoError::content(path, format!("{ending} holds all frames of a run, not one"), hint))
+        }
+    }
 }
 
 /// How far an export is.
@@ -55,21 +152,21 @@ pub struct Progress<'a> {
     pub path: &'a Path,
 }
 
-/// Writes frames of a cache as `frame_00000.<ending>` into a folder and lists the files.
+/// Writes frames of a cache into a folder and lists the files: `frame_00000.<ending>` where a format has a file a frame.
 ///
-/// `frames` limits which; none means all there are. `progress` is called after each file and may stop the export; what
+/// `progress` is called after each file and may stop the export; what
 /// is written by then is kept and listed.
 pub fn export(
     cache: &CacheReader,
     format: &str,
-    frames: Option<RangeInclusive<u32>>,
+    options: &ExportOptions,
     folder: &Path,
     progress: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Vec<PathBuf>, IoError> {
     let exporter = &find(format, folder)?.item;
     let available = cache.frames()?;
     let wanted: Vec<u32> =
-        available.iter().copied().filter(|n| frames.as_ref().is_none_or(|range| range.contains(n))).collect();
+        available.iter().copied().filter(|n| options.frames.as_ref().is_none_or(|range| range.contains(n))).collect();
     if wanted.is_empty() {
         let hint = match (available.first(), available.last()) {
             (Some(first), Some(last)) => format!("there are frames {first} to {last}"),
@@ -78,10 +175,14 @@ pub fn export(
         return Err(IoError::content(cache.folder(), "it has none of the frames asked for", hint));
     }
     create_folder(folder)?;
+    let write = match exporter.write {
+        Writer::EachFrame(write) => write,
+        Writer::AllFrames(write) => return write(&mut Sequence::new(cache, wanted, options, progress), folder),
+    };
     let mut written = Vec::with_capacity(wanted.len());
     for number in &wanted {
         let path = folder.join(format!("frame_{number:05}.{}", exporter.extension));
-        (exporter.write)(&cache.frame(*number)?, &path)?;
+        write(&cache.frame(*number)?, &path)?;
         written.push(path);
         let now = Progress { done: written.len(), total: wanted.len(), path: &written[written.len() - 1] };
         if progress(now).is_break() {

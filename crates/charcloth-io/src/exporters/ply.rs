@@ -4,7 +4,7 @@
 //! tables stand `id` (the node), `burn` (fraction of the fuel that is gone), `age` (seconds since the node caught fire,
 //! -1 before) and a display colour. A column added to a table is written without a change here.
 
-use super::look::display_color;
+use super::quantities::{QUANTITIES, color};
 use super::surface::Surface;
 use crate::error::IoError;
 use crate::files::{Durability, write_whole};
@@ -95,22 +95,16 @@ fn properties<'a>(frame: &'a Frame, surface: &'a Surface) -> Vec<Property<'a>> {
         about: "number of the node, the same in all frames".to_string(),
         append: Box::new(move |v, row| row.extend(surface.vertices[v].0.to_le_bytes())),
     });
-    let burn = &frame.burn;
-    let burnt = move |v: usize| {
-        let (left, initial) = (burn.fuel[burn_node(v)], burn.fuel_initial[burn_node(v)]);
-        if initial > 0.0 { 1.0 - left / initial } else { 0.0 }
-    };
-    add_float(&mut all, "burn", "fraction of the fuel that is gone", burnt);
-    add_float(&mut all, "age", "time since the node caught fire, -1 before [s]", move |v| {
-        let ignited_at = burn.ignited_at[burn_node(v)];
-        if ignited_at < 0.0 { -1.0 } else { frame.time - ignited_at }
-    });
+    for name in ["burn", "age"] {
+        let quantity = QUANTITIES.iter().find(|quantity| quantity.name == name).expect("it is in the table");
+        add_float(&mut all, name, quantity.about, move |v| (quantity.value)(frame, node(v)));
+    }
     for (k, name) in ["red", "green", "blue"].into_iter().enumerate() {
         all.push(Property {
             kind: "uchar",
             name: name.to_string(),
             about: String::new(),
-            append: Box::new(move |v, row| row.push(display_color(burn.peak_temperature[burn_node(v)], burnt(v))[k])),
+            append: Box::new(move |v, row| row.push(color(frame, node(v))[k])),
         });
     }
     all

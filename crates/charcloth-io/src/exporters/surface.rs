@@ -55,3 +55,33 @@ impl Surface {
         }
     }
 }
+
+/// The living surface of a frame for formats that have texture coordinates by corner: a point a node.
+pub(super) struct Shape {
+    /// Node of each point, ascending.
+    pub nodes: Vec<u32>,
+    /// Points of each face.
+    pub faces: Vec<[u32; 3]>,
+    /// Row of each face in the triangle table.
+    pub rows: Vec<u32>,
+}
+
+impl Shape {
+    /// The surface of a frame; a frame without triangles at all (a chain) gives its living nodes.
+    pub fn of(frame: &Frame) -> Self {
+        let (motion, triangles) = (&frame.motion, &frame.triangles);
+        let rows: Vec<u32> = (0..triangles.len() as u32).filter(|t| triangles.alive[*t as usize] != 0).collect();
+        let mut used = vec![false; motion.len()];
+        if triangles.is_empty() {
+            used.iter_mut().zip(&motion.alive).for_each(|(used, alive)| *used = *alive != 0);
+        }
+        for i in rows.iter().flat_map(|t| triangles.corners[*t as usize]) {
+            used[i as usize] = true;
+        }
+        let nodes: Vec<u32> = (0..used.len() as u32).filter(|i| used[*i as usize]).collect();
+        let mut point = vec![0; used.len()];
+        nodes.iter().enumerate().for_each(|(k, i)| point[*i as usize] = k as u32);
+        let faces = rows.iter().map(|t| triangles.corners[*t as usize].map(|i| point[i as usize])).collect();
+        Self { nodes, faces, rows }
+    }
+}

@@ -8,9 +8,11 @@ mod orientation;
 mod ply;
 mod polygons;
 mod raw;
+mod report;
 mod stl;
 
 pub use raw::RawMesh;
+pub use report::{MeshReport, Shell, UNITS, inspect, likely_unit};
 
 use crate::error::IoError;
 use charcloth::mesh::SurfaceMesh;
@@ -59,14 +61,18 @@ pub const IMPORTERS: &[Entry<Importer>] = &[
 /// are cut into triangles; `source_face` counts the faces of the file from 0. What had to be put right is said in
 /// `remarks`.
 pub fn read_mesh(path: &Path, unit: LengthUnit) -> Result<SurfaceMesh, IoError> {
+    clean::clean((importer_of(path)?.item.read)(path)?, unit, path)
+}
+
+/// The row of the format that the ending of a name tells.
+fn importer_of(path: &Path) -> Result<&'static Entry<Importer>, IoError> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let Some(importer) = IMPORTERS.iter().find(|row| row.item.extensions.contains(&ending.as_str())) else {
+    IMPORTERS.iter().find(|row| row.item.extensions.contains(&ending.as_str())).ok_or_else(|| {
         let known: Vec<_> = IMPORTERS.iter().flat_map(|row| row.item.extensions).map(|e| format!(".{e}")).collect();
         let problem = match ending.as_str() {
             "" => "the name has no ending that tells the mesh format".to_string(),
             _ => format!("meshes ending in .{ending} cannot be read"),
         };
-        return Err(IoError::content(path, problem, format!("export it as one of {}", known.join(", "))));
-    };
-    clean::clean((importer.item.read)(path)?, unit, path)
+        IoError::content(path, problem, format!("export it as one of {}", known.join(", ")))
+    })
 }

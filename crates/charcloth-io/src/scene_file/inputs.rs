@@ -3,6 +3,7 @@
 use super::diagnostic::{Diagnostic, SceneError};
 use super::tree::{Node, Place};
 use super::{Case, Origin};
+use crate::importers::{UNITS, likely_unit};
 use charcloth::mesh::SurfaceMesh;
 use charcloth::registry::nearest;
 use charcloth::scene::{LengthUnit, Scene};
@@ -80,18 +81,9 @@ fn unlikely_size(mesh: &SurfaceMesh, unit: LengthUnit) -> Option<String> {
     if !size.is_finite() || size <= 0.0 || LIKELY_SIZE.contains(&size) {
         return None;
     }
-    let units = [
-        ("m", LengthUnit::M),
-        ("cm", LengthUnit::Cm),
-        ("mm", LengthUnit::Mm),
-        ("in", LengthUnit::In),
-        ("ft", LengthUnit::Ft),
-    ];
     let count = size / unit.metres();
-    // The unit that makes it a sheet nearest to half a metre.
-    let off = |unit: LengthUnit| (count * unit.metres() / 0.5).ln().abs();
-    let (name, likely) = units.into_iter().min_by(|(_, a), (_, b)| off(*a).total_cmp(&off(*b)))?;
-    let there = units.iter().find(|(_, u)| *u == unit).map_or("m", |(name, _)| name);
+    let (name, likely) = likely_unit(count);
+    let there = UNITS.iter().find(|(_, u)| *u == unit).map_or("m", |(name, _)| name);
     Some(format!(
         "the mesh is {size:.3} m across with sheet.unit = \"{there}\"; with sheet.unit = \"{name}\" it would be {:.3} m",
         count * likely.metres()

@@ -1,7 +1,12 @@
 //! What several tests need: a folder that goes away, and a small sheet in mid-burn.
 #![allow(dead_code)] // no test file uses all of it
 
+pub mod node;
+pub mod python;
+
+use charcloth::scene::{Corner, Ignite, Pin, Scene};
 use charcloth::sheet::{BurnEdges, BurnNodes, MotionNodes, SheetState, Springs, Triangles};
+use charcloth::units::*;
 use glam::{DVec3, Vec2};
 use std::path::{Path, PathBuf};
 
@@ -88,4 +93,18 @@ pub fn sheet(n: usize) -> SheetState {
     // One corner has burnt away.
     state.triangles.alive[t - 1] = 0;
     state
+}
+
+/// A small sheet that burns and tears within a few frames.
+pub fn tearing_scene() -> Scene {
+    let mut scene = Scene::default();
+    scene.sheet.width = Length(0.05);
+    scene.sheet.height = Length(0.05);
+    scene.sheet.spacing = Length(0.004);
+    scene.fire.burn_time = Time(0.1);
+    scene.fire.diffusivity = Diffusivity(4e-5);
+    scene.mechanics.strength = ForcePerWidth(2.0);
+    scene.pin.push(Pin { corner: Some(Corner::TopLeft), radius: Length(0.006), ..Pin::default() });
+    scene.ignite.push(Ignite { corner: Some(Corner::BottomRight), radius: Length(0.015), ..Ignite::default() });
+    scene
 }

@@ -1,0 +1,61 @@
+//! What burns at a node, in the names and units that other programs know.
+
+use super::look::{darkness, display_color, linear};
+use charcloth::frame::Frame;
+use charcloth::sheet::BurnMap;
+
+/// A number that a node has in every frame.
+pub(super) struct Quantity {
+    /// Name in files.
+    pub name: &'static str,
+    /// One sentence on what it is, with its unit.
+    pub about: &'static str,
+    /// Value at a node.
+    pub value: fn(&Frame, usize) -> f64,
+}
+
+/// The numbers that every format carries which can.
+pub(super) const QUANTITIES: &[Quantity] = &[
+    Quantity { name: "temperature", about: "Temperature [K]", value: temperature },
+    Quantity {
+        name: "fuel",
+        about: "Fraction of the fuel that is left, 1 to 0",
+        value: |frame, i| 1.0 - burnt(frame, i),
+    },
+    Quantity { name: "burn", about: "Fraction of the fuel that is gone, 0 to 1", value: burnt },
+    Quantity { name: "char", about: "How dark the paper is: 0 white, 0.5 scorched brown, 1 char", value: char },
+    Quantity { name: "age", about: "Time since the node caught fire, -1 before [s]", value: age },
+];
+
+/// Temperature of a node [K].
+pub(super) fn temperature(frame: &Frame, node: usize) -> f64 {
+    frame.burn.temperature[BurnMap.burn_node(node)]
+}
+
+/// Fraction of the fuel of a node that is gone.
+pub(super) fn burnt(frame: &Frame, node: usize) -> f64 {
+    let i = BurnMap.burn_node(node);
+    let (left, initial) = (frame.burn.fuel[i], frame.burn.fuel_initial[i]);
+    if initial > 0.0 { 1.0 - left / initial } else { 0.0 }
+}
+
+/// How dark a node is, 0 to 1.
+pub(super) fn char(frame: &Frame, node: usize) -> f64 {
+    darkness(frame.burn.peak_temperature[BurnMap.burn_node(node)], burnt(frame, node))
+}
+
+/// Time since a node caught fire, -1 before [s].
+pub(super) fn age(frame: &Frame, node: usize) -> f64 {
+    let ignited_at = frame.burn.ignited_at[BurnMap.burn_node(node)];
+    if ignited_at < 0.0 { -1.0 } else { frame.time - ignited_at }
+}
+
+/// Colour of a node, sRGB.
+pub(super) fn color(frame: &Frame, node: usize) -> [u8; 3] {
+    display_color(frame.burn.peak_temperature[BurnMap.burn_node(node)], burnt(frame, node))
+}
+
+/// Colour of a node, linear.
+pub(super) fn linear_color(frame: &Frame, node: usize) -> [f32; 3] {
+    color(frame, node).map(linear)
+}

@@ -1,0 +1,158 @@
+//! Exports of a real run, read by the programs they are for. What each reader compares is said in `readers/`.
+
+mod common;
+
+use charcloth::scene::Axis;
+use charcloth::simulation::{Inputs, Simulation};
+use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
+use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
+use common::node;
+use common::python::read_with;
+use common::{Folder, tearing_scene};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+/// Frames of the run.
+const LAST: u32 = 14;
+
+/// A run that tears, simulated once for all tests.
+fn run() -> &'static Folder {
+    static RUN: OnceLock<Folder> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let folder = Folder::new("readers-run");
+        let mut scene = tearing_scene();
+        scene.up = Axis::Z;
+        let info = RunInfo { scene: "torn \"paper\"".into(), fps: 24.0, up: scene.up };
+        let mut writer = CacheWriter::create(&folder.0, &info).unwrap();
+        Simulation::build(&scene, &Inputs::default()).unwrap().run(LAST, &mut writer).unwrap();
+        folder
+    })
+}
+
+/// Exports the run into a folder and lists the files, after having looked that nothing else is there, and that a second
+/// time gives the same bytes.
+fn exported(format: &str, folder: &Folder) -> Vec<PathBuf> {
+    let options = ExportOptions { resolution: 128, ..ExportOptions::default() };
+    let cache = CacheReader::open(&run().0).unwrap();
+    let write = || export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let contents = |files: &[PathBuf]| files.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>();
+    let files = write();
+    let before = contents(&files);
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}: something else is there");
+    write();
+    assert!(before == contents(&files), "{format}: another time, other bytes");
+    files
+}
+
+#[test]
+fn openusd_reads_every_frame() {
+    for format in ["usd", "usdz"] {
+        let folder = Folder::new(format);
+        let files = exported(format, &folder);
+        assert_eq!(files.len(), 1);
+        read_with("usd.py", &[&run().0, &files[0]]);
+    }
+}
+
+#[test]
+fn the_gltf_validator_finds_nothing_and_trimesh_reads_every_frame() {
+    let folder = Folder::new("gltf");
+    let files = exported("gltf", &folder);
+    node::read_with("gltf.js", &files[0]);
+    read_with("gltf.py", &[&run().0, &files[0]]);
+}
+
+#[test]
+fn the_twin_is_where_the_cache_says() {
+    for (format, files) in [("pc2", 2), ("mdd", 2), ("vat", 5), ("usd_twin", 1)] {
+        let folder = Folder::new(format);
+        assert_eq!(exported(format, &folder).len(), files, "{format}");
+        read_with("twin.py", &[&run().0, Path::new(format), &folder.0]);
+        if format == "vat" {
+            node::read_with("gltf.js", &folder.0.join("sheet.glb"));
+        }
+    }
+}
+
+#[test]
+fn what_needs_all_frames_is_not_written_without_them() {
+    let options = ExportOptions { resolution: 64, ..ExportOptions::default() };
+    let cache = CacheReader::open(&run().0).unwrap();
+    for format in ["pc2", "mdd", "vat"] {
+        let folder = Folder::new(format!("stopped-{format}").as_str());
+        let message =
+            export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap_err().to_string();
+        assert!(message.contains("stopped"), "{message}");
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 0, "{format}");
+    }
+    // The others keep what they have.
+    for format in ["usd", "usdz", "usd_twin", "abc", "gltf", "maps"] {
+        let folder = Folder::new(format!("stopped-{format}").as_str());
+        let files = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
+        assert!(files.iter().all(|file| file.is_file()), "{format}");
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}");
+    }
+}
+
+#[test]
+fn maps_show_what_the_cache_has() {
+    let folder = Folder::new("maps");
+    assert_eq!(exported("maps", &folder).len(), 3 + 2 * (LAST as usize + 1));
+    read_with("maps.py", &[&run().0, &folder.0]);
+}
+
+#[test]
+fn alembic_reads_every_frame() {
+    let folder = Folder::new("abc");
+    let files = exported("abc", &folder);
+    read_with("abc.py", &[&run().0, &files[0]]);
+}
+
+#[test]
+fn a_damaged_frame_is_named_and_leaves_nothing_half_written() {
+    let damaged = Folder::new("damaged");
+    let cache = damaged.0.join("cache");
+    std::fs::create_dir(&cache).unwrap();
+    for entry in std::fs::read_dir(run().0.join("cache")).unwrap() {
+        let file = entry.unwrap().path();
+        std::fs::copy(&file, cache.join(file.file_name().unwrap())).unwrap();
+    }
+    let frame = cache.join("frame_00003.npz");
+    let bytes = std::fs::read(&frame).unwrap();
+    let export_all = |what: &str| {
+        for row in EXPORTERS {
+            let folder = Folder::new(&format!("damaged-{}", row.name));
+            // What was there before stays as it was.
+            let old = folder.0.join(format!("sheet.{}", row.item.extension));
+            std::fs::write(&old, "old").unwrap();
+            let reader = CacheReader::open(&damaged.0).unwrap();
+            let options = ExportOptions { resolution: 16, ..ExportOptions::default() };
+            let result = export(&reader, row.name, &options, &folder.0, &mut |_| ControlFlow::Continue(()));
+            let gaps_are_fine = ["ply", "obj", "usd", "usdz", "gltf", "maps"].contains(&row.name);
+            if what == "missing" && gaps_are_fine {
+                result.unwrap();
+                continue;
+            }
+            let message = result.unwrap_err().to_string();
+            assert!(message.contains("frame_00003.npz") || message.contains("frame 3"), "{}: {message}", row.name);
+            assert_eq!(std::fs::read_to_string(&old).unwrap(), "old", "{}", row.name);
+            let left = std::fs::read_dir(&folder.0).unwrap().map(|entry| entry.unwrap().file_name());
+            let left: Vec<String> = left.map(|name| name.to_string_lossy().into_owned()).collect();
+            assert!(!left.iter().any(|name| name.ends_with(".partial")), "{}: {left:?}", row.name);
+        }
+    };
+    std::fs::write(&frame, &bytes[..bytes.len() / 2]).unwrap();
+    export_all("cut short");
+    std::fs::remove_file(&frame).unwrap();
+    export_all("missing");
+}
+
+#[test]
+fn mean_velocities_are_those_from_frame_to_frame() {
+    let folder = Folder::new("mean");
+    let cache = CacheReader::open(&run().0).unwrap();
+    let options = ExportOptions { mean_velocities: true, ..ExportOptions::default() };
+    let files = export(&cache, "usd", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    read_with("velocities.py", &[&run().0, &files[0]]);
+}

@@ -1,0 +1,76 @@
+"""OpenUSD reads what was written: its own validators find nothing, and every frame is that of the cache.
+
+Arguments: folder of the run, .usdc or .usdz file.
+"""
+
+import sys
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdShade, UsdValidation
+
+run, path = sys.argv[1:]
+stage = Usd.Stage.Open(path)
+validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+assert len(validators) >= 30, len(validators)
+found = UsdValidation.ValidationContext(validators).Validate(stage)
+assert not found, [(error.GetName(), error.GetMessage()) for error in found]
+
+assert UsdGeom.GetStageMetersPerUnit(stage) == 1 and UsdGeom.GetStageUpAxis(stage) == "Z"
+assert stage.GetTimeCodesPerSecond() == 24 and stage.GetFramesPerSecond() == 24
+prim = stage.GetDefaultPrim().GetChild("sheet")
+mesh = UsdGeom.Mesh(prim)
+assert mesh.GetSubdivisionSchemeAttr().Get() == "none" and mesh.GetDoubleSidedAttr().Get()
+material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+shader, _, _ = material.ComputeSurfaceSource()
+assert shader.GetIdAttr().Get() == "UsdPreviewSurface"
+color = shader.GetInput("diffuseColor").GetConnectedSources()[0][0].source
+assert UsdShade.Shader(color).GetInput("varname").Get() == "displayColor"
+
+primvars = UsdGeom.PrimvarsAPI(mesh)
+times = mesh.GetPointsAttr().GetTimeSamples()
+assert times[0] == stage.GetStartTimeCode() and times[-1] == stage.GetEndTimeCode()
+faces_seen = set()
+for time in times:
+    frame = np.load(f"{run}/cache/frame_{int(time):05}.npz")
+    alive = frame["triangle_alive"] == 1
+    corners = frame["triangle_corners"][alive]
+    nodes = np.unique(corners)
+
+    def primvar(name, interpolation):
+        values = primvars.GetPrimvar(name)
+        assert values.GetInterpolation() == interpolation, name
+        return np.array(values.ComputeFlattened(time))
+
+    points = np.array(mesh.GetPointsAttr().Get(time)).reshape(-1, 3)
+    counts = mesh.GetFaceVertexCountsAttr().Get(time)
+    indices = mesh.GetFaceVertexIndicesAttr().Get(time)
+    sound, why = UsdGeom.Mesh.ValidateTopology(indices, counts, len(points))
+    assert sound, why
+    assert set(counts) == {3}
+    # Single precision throughout, so what is read is what the cache has to the bit.
+    assert np.array_equal(primvar("id", "vertex"), nodes)
+    assert np.array_equal(points, frame["position"][nodes])
+    assert np.array_equal(np.array(mesh.GetVelocitiesAttr().Get(time)), frame["velocity"][nodes])
+    assert np.array_equal(nodes[np.array(indices)].reshape(-1, 3), corners)
+    assert np.array_equal(primvar("st", "faceVarying").reshape(-1, 3, 2), frame["triangle_uv"][alive])
+    assert np.array_equal(primvar("temperature", "vertex"), frame["temperature"][nodes])
+    assert np.array_equal(primvar("rest", "vertex"), frame["rest_position"][nodes])
+    assert np.array_equal(primvar("source", "vertex"), frame["source"][nodes])
+    for name in ("piece", "source_face", "sheet"):
+        assert np.array_equal(primvar(name, "uniform"), frame[f"triangle_{name}"][alive]), name
+    left = frame["fuel"][nodes] / frame["fuel_initial"][nodes]
+    assert np.allclose(primvar("fuel", "vertex"), left, atol=1e-6)
+    assert np.allclose(primvar("burn", "vertex"), 1 - left, atol=1e-6)
+    lit = frame["ignited_at"][nodes]
+    assert np.allclose(primvar("age", "vertex"), np.where(lit < 0, -1, frame["time"] - lit), atol=1e-6)
+    for name in ("char", "displayColor", "alive"):
+        values = primvar(name, "vertex")
+        assert len(values) == len(nodes) and values.min() >= 0 and values.max() <= 1, name
+    assert len(mesh.GetNormalsAttr().Get(time)) == len(nodes)
+    low, high = mesh.GetExtentAttr().Get(time)
+    assert np.array_equal(points.min(0), low) and np.array_equal(points.max(0), high)
+    faces_seen.add(len(counts))
+assert len(faces_seen) > 2, "the sheet does not tear"
+# The default is the topology of no frame: whoever asks without a time must get nothing rather than half of it.
+assert mesh.GetPointsAttr().Get() is None
+print("SOUND", len(times), "frames", faces_seen)
