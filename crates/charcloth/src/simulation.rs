@@ -179,6 +179,8 @@ pub struct Simulation {
     laid_out: Option<u64>,
     stages: Stages,
     wall: f64,
+    /// Whether it goes on from a saved state.
+    resumed: bool,
     last: Advanced,
     /// Nonlinear and linear iterations of implicit motion.
     iterations: [u64; 2],
@@ -232,6 +234,7 @@ impl Simulation {
             laid_out: None,
             stages: Stages::default(),
             wall: 0.0,
+            resumed: false,
             last: Advanced::default(),
             iterations: [0; 2],
             last_step: 0.0,
@@ -257,6 +260,7 @@ impl Simulation {
             return Err(Error::Resume("the saved state has other triangles or springs than the scene".to_owned()));
         }
         simulation.built.state = state;
+        simulation.resumed = true;
         Ok(simulation)
     }
 
@@ -571,7 +575,8 @@ impl Simulation {
 
     /// Hands frame 0 (unless resumed) and all frames up to `last` to a sink.
     pub fn run(&mut self, last: u32, sink: &mut dyn Sink) -> Result<(), Error> {
-        let mut hand_over = self.frame_number() == 0;
+        // A resumed run has handed over the frame it goes on from.
+        let mut hand_over = self.frame_number() == 0 && !self.resumed;
         loop {
             if hand_over && sink.frame(&self.frame(), &self.history(), &self.built.state)?.is_break() {
                 break;
