@@ -8,13 +8,13 @@ use crate::generate;
 use crate::layout;
 use crate::mesh::SurfaceMesh;
 use crate::random::RandomField;
-use crate::scene::{self, Axis, Fire, Pose, Rest, Scene, Shape};
+use crate::scene::{Axis, Fire, Pose, Rest, Scene, Shape};
 use crate::sheet::{
     Books, BurnEdges, BurnNodes, MotionBefore, MotionNodes, NONE, RestShapes, SheetState, SpringKind, Springs,
     Triangles, bounds,
 };
-use crate::shell::bending::Bending;
-use crate::shell::membrane::{MembraneStiffness, RestTriangle};
+use crate::shell::bending;
+use crate::shell::membrane::RestTriangle;
 use crate::simulation::{GreyImage, Inputs};
 use glam::{DMat3, DVec2, DVec3, Vec2};
 use std::collections::BTreeMap;
@@ -141,7 +141,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     };
     let machine = machine_direction(scene, right_top);
     let before = MotionBefore { position: motion.position.clone(), velocity: motion.velocity.clone() };
-    let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine, &scene.shell);
+    let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
     let state = SheetState {
@@ -307,13 +307,7 @@ fn machine_direction(scene: &Scene, [right, top]: [DVec3; 2]) -> DVec3 {
 
 /// The stress-free shape of each triangle: its sides, laid into the plane with the machine direction along x, and the
 /// curvature of the surface there.
-fn rest_shapes(
-    mesh: &SurfaceMesh,
-    rest_position: &[DVec3],
-    sides: &RestSides,
-    machine: DVec3,
-    material: &scene::Shell,
-) -> RestShapes {
+fn rest_shapes(mesh: &SurfaceMesh, rest_position: &[DVec3], sides: &RestSides, machine: DVec3) -> RestShapes {
     let mut shapes = RestShapes::zeros(mesh.triangles.len());
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
@@ -337,13 +331,7 @@ fn rest_shapes(
         let rest: Vec<RestTriangle> = (0..mesh.triangles.len())
             .map(|t| RestTriangle::new(shapes.side_1[t].truncate(), shapes.side_2[t].truncate()))
             .collect();
-        let stiffness = MembraneStiffness::of(material);
-        let free = vec![false; rest_position.len()];
-        let thickness = material.thickness.0;
-        let bending = Bending::lay_out(rest_position.len(), &mesh.triangles, &rest, &stiffness, thickness, &free);
-        for (t, corners) in mesh.triangles.iter().enumerate() {
-            shapes.curvature[t] = bending.curvature(t, *corners, rest_position);
-        }
+        shapes.curvature = bending::curvatures(&mesh.triangles, &rest, rest_position);
     }
     shapes
 }

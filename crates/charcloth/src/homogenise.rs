@@ -5,10 +5,18 @@
 //! pass over the springs.
 
 use crate::effects::SpringFactors;
-use crate::sheet::SheetState;
+use crate::sheet::{BurnNodes, SheetState};
 
 /// Part of its stiffness under which a spring counts as broken.
 pub const BROKEN_BELOW: f64 = 1e-3;
+
+/// Part of its stiffness that burning has left of what lies between some burn nodes, 1 for the unburnt sheet (Eq. 7.1).
+#[inline]
+pub fn stiffness_left<const N: usize>(burn: &BurnNodes, nodes: [usize; N], residual: f64) -> f64 {
+    let fuel: f64 = nodes.iter().map(|i| burn.fuel[*i]).sum();
+    let initial: f64 = nodes.iter().map(|i| burn.fuel_initial[*i]).sum();
+    residual + (1.0 - residual) * (fuel / initial)
+}
 
 /// Sets the stiffness factor of every spring, clears the tensions, and marks springs that have burnt through as broken.
 /// Returns whether any has.
@@ -26,9 +34,7 @@ pub fn spring_factors(state: &mut SheetState, residual_stiffness: f64, factors: 
             factors.stiffness.push(0.0);
             continue;
         }
-        let [i, j] = springs.ends[s].map(|end| map.burn_node(end as usize));
-        let fuel_left = (burn.fuel[i] + burn.fuel[j]) / (burn.fuel_initial[i] + burn.fuel_initial[j]); // Eq. 7.1
-        let factor = residual_stiffness + (1.0 - residual_stiffness) * fuel_left;
+        let factor = stiffness_left(burn, springs.ends[s].map(|end| map.burn_node(end as usize)), residual_stiffness);
         if factor < BROKEN_BELOW {
             springs.broken[s] = 1;
             any_broken = true;

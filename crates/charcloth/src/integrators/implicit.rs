@@ -9,11 +9,11 @@
 
 use super::symplectic_euler::strain_max;
 use super::{Advanced, Integrator, Step};
-use crate::scene::{Scene, ThermalForceLaw, Threshold};
+use crate::scene::{self, Scene, ThermalForceLaw, Threshold};
 use crate::sheet::{NONE, SheetState, SpringKind};
 use crate::shell::Shell;
 use crate::solver::StepMatrix;
-use crate::solver::blocks::sum_by_rows;
+use crate::solver::blocks::{by_rows, sum_by_rows};
 use crate::solver::conjugate_gradients::{ConjugateGradients, Tolerance};
 use crate::solver::multigrid::{CAUTION, Multigrid};
 use glam::DVec3;
@@ -109,18 +109,13 @@ impl Integrator for Implicit {
         for _ in 0..substeps {
             let dt = step.dt / f64::from(substeps);
             let h = self.look_back(state, dt);
-            self.solve(h, material_tolerances(&self.scene), parallel, &mut report);
+            self.solve(h, parallel, &mut report);
             self.store(state, dt);
         }
-        report.broken = self.break_springs(state);
+        report.broken = self.break_springs(state, step);
         report.strain_max = strain_max(state);
         report
     }
-}
-
-/// Tolerances of Newton's method and of the linear solver.
-fn material_tolerances(scene: &Scene) -> (f64, f64) {
-    (scene.shell.newton_tolerance.0, scene.shell.linear_tolerance.0)
 }
 
 impl Implicit {
@@ -238,8 +233,9 @@ impl Implicit {
     }
 
     /// Finds the velocity at the end of a step of implicit Euler.
-    fn solve(&mut self, h: f64, (newton, linear): (f64, f64), parallel: bool, report: &mut Advanced) {
-        let damping = self.scene.shell.bending_damping.0;
+    fn solve(&mut self, h: f64, parallel: bool, report: &mut Advanced) {
+        let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
+        let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
         self.candidate.copy_from_slice(&self.speed);
         let mut energy = self.energy(h, damping, parallel);
@@ -336,7 +332,7 @@ impl Implicit {
     /// What is not yet in balance at the last candidate: minus the gradient of the energy.
     fn take_residual(&mut self, h: f64, damping: f64, parallel: bool) {
         let Self { residual, shell, candidate, speed_from, push, bent, mass, drag, fixed, .. } = self;
-        crate::solver::blocks::by_rows(residual, parallel, |first, residual| {
+        by_rows(residual, parallel, |first, residual| {
             for (k, residual) in residual.iter_mut().enumerate() {
                 let i = first + k;
                 *residual = if fixed[i] {
@@ -360,7 +356,7 @@ impl Implicit {
     }
 
     /// Breaks the springs along which the shell is pulled harder than it can bear (Eq. 9.1). Returns their number.
-    fn break_springs(&self, state: &mut SheetState) -> usize {
+    fn break_springs(&self, state: &mut SheetState, step: &Step<'_>) -> usize {
         let mechanics = &self.scene.mechanics;
         if mechanics.strength.0 <= 0.0 {
             return 0;
@@ -376,12 +372,7 @@ impl Implicit {
                 .filter_map(|t| self.shell.tension_along(t, ends))
                 .fold((0.0, 0.0), |(sum, count), tension| (sum + tension, count + 1.0));
             let left = match mechanics.threshold {
-                Threshold::Scaled => {
-                    let [i, j] = ends.map(|i| state.map.burn_node(i as usize));
-                    let burn = &state.burn;
-                    let left = (burn.fuel[i] + burn.fuel[j]) / (burn.fuel_initial[i] + burn.fuel_initial[j]);
-                    mechanics.residual_stiffness.0 + (1.0 - mechanics.residual_stiffness.0) * left
-                }
+                Threshold::Scaled => step.factors.stiffness[s],
                 Threshold::Fixed => 1.0,
             };
             if count > 0.0 && sum / count > mechanics.strength.0 * left {

@@ -153,27 +153,25 @@ impl Bending {
         self.curved |= curvature != DVec3::ZERO;
     }
 
-    /// Curvature of a triangle at these positions, along its normal, as (xx, yy, 2 xy) [1/m].
-    pub fn curvature(&self, t: usize, corners: [u32; 3], position: &[DVec3]) -> DVec3 {
-        let [a, b, c] = corners.map(|i| position[i as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        let patch = self.patch.columns(t).iter().zip(&self.weight[self.patch.row(t)]);
-        patch.map(|(i, weight)| *weight * position[*i as usize].dot(normal)).sum()
+    /// One row of the product of the matrix with a field of the nodes.
+    #[inline]
+    pub fn row_times(&self, x: &[DVec3], i: usize) -> DVec3 {
+        let mut sum = x[i] * self.diagonal[i];
+        for m in self.pattern.row(i) {
+            sum += x[self.pattern.column[m] as usize] * self.value[m];
+        }
+        sum
     }
 
     /// Works out the forces at these positions.
     pub fn respond(&mut self, position: &[DVec3], corners: &[[u32; 3]], parallel: bool) {
-        let Self { pattern, value, diagonal, force, .. } = self;
-        by_rows(force, parallel, |first, force| {
+        let mut force = std::mem::take(&mut self.force);
+        by_rows(&mut force, parallel, |first, force| {
             for (k, force) in force.iter_mut().enumerate() {
-                let i = first + k;
-                let mut sum = position[i] * -diagonal[i];
-                for m in pattern.row(i) {
-                    sum -= position[pattern.column[m] as usize] * value[m];
-                }
-                *force = sum;
+                *force = -self.row_times(position, first + k);
             }
         });
+        self.force = force;
         self.rest_energy = 0.0;
         if !self.curved {
             return;
@@ -202,6 +200,18 @@ impl Bending {
             self.rest_force[corners[t][2] as usize] += third;
         }
     }
+}
+
+/// Curvature of every triangle of a free surface at these positions, along its normal, as (xx, yy, 2 xy) [1/m].
+pub fn curvatures(corners: &[[u32; 3]], rest: &[RestTriangle], position: &[DVec3]) -> Vec<DVec3> {
+    let surface = Surface { corners, rest, across: &across_edges(corners), held: &vec![false; corners.len()] };
+    let of_triangle = |t: usize| {
+        let [a, b, c] = corners[t].map(|i| position[i as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let Curvature { nodes, weights, .. } = curvature(t, &surface);
+        nodes.iter().zip(weights).map(|(i, weight)| weight * position[*i as usize].dot(normal)).sum()
+    };
+    (0..corners.len()).map(of_triangle).collect()
 }
 
 /// Finds the triangle across each edge. Edges of one triangle, or of more than two, are free.
@@ -245,9 +255,9 @@ struct Curvature {
 /// Eq. 12.5: the curvature of a triangle from the slopes at its edges and within.
 fn curvature(t: usize, surface: &Surface<'_>) -> Curvature {
     let Surface { corners, rest, across, .. } = *surface;
-    let RestTriangle { side: [u, v], gradient: [g1, g2], area } = rest[t];
+    let RestTriangle { side: [u, v], area, .. } = rest[t];
     let place = [DVec2::ZERO, u, v];
-    let gradient = [-(g1 + g2), g1, g2];
+    let gradient = rest[t].gradients();
     let mut nodes: Vec<u32> = Vec::with_capacity(12);
     let mut weights: Vec<DVec3> = Vec::with_capacity(12);
     let mut free = Vec::new();
@@ -286,8 +296,7 @@ fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Vec<(u32, f64)> {
     let (other, l) = across[t][k].expect("an inner edge");
     if held[t] {
         // A clamp has the slope of what it holds.
-        let [g1, g2] = rest[t].gradient;
-        let gradient = [-(g1 + g2), g1, g2];
+        let gradient = rest[t].gradients();
         let outward = -gradient[k].normalize();
         return (0..3).map(|j| (corners[t][j], outward.dot(gradient[j]))).collect();
     }
@@ -302,32 +311,17 @@ fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Vec<(u32, f64)> {
     let mut around: Vec<(u32, DVec2)> = (0..3).map(|j| (corners[t][j], place[j])).collect();
     let mut unfolded = [DVec2::ZERO; 3];
     for j in 0..3 {
-        let Some((next, corner)) = across[t][j] else { continue };
-        let placed = unfold(
-            next as usize,
-            corner as usize,
-            corners,
-            rest,
-            |i| place[corners[t].iter().position(|known| *known == i).expect("a corner of both")],
-            place[j],
-        );
+        let Some(((node, at), placed)) = unfold(t, &place, j, surface) else { continue };
         if j == k {
             unfolded = placed;
         }
-        add_place(&mut around, corners[next as usize][corner as usize], placed[corner as usize]);
+        add_place(&mut around, node, at);
     }
     let own = other as usize;
     for j in (0..3).filter(|j| *j != l as usize) {
-        let Some((next, corner)) = across[own][j] else { continue };
-        let placed = unfold(
-            next as usize,
-            corner as usize,
-            corners,
-            rest,
-            |i| unfolded[corners[own].iter().position(|known| *known == i).expect("a corner of both")],
-            unfolded[j],
-        );
-        add_place(&mut around, corners[next as usize][corner as usize], placed[corner as usize]);
+        if let Some(((node, at), _)) = unfold(own, &unfolded, j, surface) {
+            add_place(&mut around, node, at);
+        }
     }
     let (from, to) = (place[(k + 1) % 3], place[(k + 2) % 3]);
     let middle = 0.5 * (from + to);
@@ -348,33 +342,37 @@ fn add_place(around: &mut Vec<(u32, DVec2)>, node: u32, place: DVec2) {
     }
 }
 
-/// Lays a triangle flat against an edge that already lies, on the side away from `behind`; `corner` is the one not on the
-/// edge.
+/// Lays the triangle across an edge flat, where the corners of the triangle on this side already lie: its far corner, and
+/// all of its corners. None where there is no triangle.
 fn unfold(
-    t: usize,
-    corner: usize,
-    corners: &[[u32; 3]],
-    rest: &[RestTriangle],
-    lies: impl Fn(u32) -> DVec2,
-    behind: DVec2,
-) -> [DVec2; 3] {
+    from_triangle: usize,
+    lies: &[DVec2; 3],
+    edge: usize,
+    surface: &Surface<'_>,
+) -> Option<((u32, DVec2), [DVec2; 3])> {
+    let Surface { corners, rest, across, .. } = *surface;
+    let (t, corner) = across[from_triangle][edge].map(|(t, corner)| (t as usize, corner as usize))?;
+    let place = |i: u32| {
+        let shared = corners[from_triangle].iter().position(|known| *known == i);
+        lies[shared.expect("a corner of both")]
+    };
     let [u, v] = rest[t].side;
     let own = [DVec2::ZERO, u, v];
     let (a, b) = ((corner + 1) % 3, (corner + 2) % 3);
-    let (from, to) = (lies(corners[t][a]), lies(corners[t][b]));
+    let (from, to) = (place(corners[t][a]), place(corners[t][b]));
     let side = own[b] - own[a];
     let arm = own[corner] - own[a];
     let (along, height) = (arm.dot(side) / side.length_squared(), side.perp_dot(arm).abs() / side.length());
     let direction = to - from;
     let mut normal = direction.perp().normalize();
-    if normal.dot(behind - from) > 0.0 {
+    if normal.dot(lies[edge] - from) > 0.0 {
         normal = -normal;
     }
     let mut placed = [DVec2::ZERO; 3];
     placed[a] = from;
     placed[b] = to;
     placed[corner] = from + direction * along + normal * height;
-    placed
+    Some(((corners[t][corner], placed[corner]), placed))
 }
 
 /// Weights c of least norm with sum c = 0, sum c p = slope and sum c p p = 0; the last as nearly as the points allow.

@@ -63,6 +63,13 @@ impl RestTriangle {
             area: 0.5 * determinant.abs(),
         }
     }
+
+    /// Gradients of the linear shape functions of all three corners [1/m].
+    #[inline(always)]
+    pub fn gradients(&self) -> [DVec2; 3] {
+        let [g1, g2] = self.gradient;
+        [-(g1 + g2), g1, g2]
+    }
 }
 
 /// What a triangle gives.
@@ -81,7 +88,7 @@ pub struct Response {
 /// Forces and stiffness. Compression gives no geometric stiffness, so that the whole is positive semidefinite.
 #[inline(always)]
 pub fn respond(rest: &RestTriangle, q: &MembraneStiffness, x: [DVec3; 3]) -> Response {
-    let [g1, g2] = rest.gradient;
+    let [g0, g1, g2] = rest.gradients();
     let (u, v) = (x[1] - x[0], x[2] - x[0]);
     let f1 = u * g1.x + v * g2.x;
     let f2 = u * g1.y + v * g2.y;
@@ -111,7 +118,6 @@ pub fn respond(rest: &RestTriangle, q: &MembraneStiffness, x: [DVec3; 3]) -> Res
         let c21 = a.y * q.q12 * b.x + a.x * q.q66 * b.y;
         (m11 * c11 + m22 * c22 + m12 * c12 + m21 * c21 + DMat3::from_diagonal(DVec3::splat(geometric))) * rest.area
     };
-    let g0 = -(g1 + g2);
     Response {
         force,
         stiffness: [block(g0, g1), block(g0, g2), block(g1, g2)],

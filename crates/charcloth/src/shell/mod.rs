@@ -5,8 +5,9 @@
 pub mod bending;
 pub mod membrane;
 
+use crate::homogenise::stiffness_left;
 use crate::scene;
-use crate::sheet::SheetState;
+use crate::sheet::{NONE, SheetState};
 use crate::solver::StepMatrix;
 use crate::solver::blocks::{Pattern, by_block_rows, by_rows, sum_by_rows};
 use bending::Bending;
@@ -14,12 +15,12 @@ use glam::{DMat3, DVec2, DVec3};
 use membrane::{MembraneStiffness, Response, RestTriangle, respond};
 use rayon::prelude::*;
 
-/// "No such triangle" in the sources of a block.
-const NONE: u32 = u32::MAX;
 /// Triangles that one thread takes at a time.
 const TRIANGLES_A_TASK: usize = 1024;
 /// Steps in which bending follows the loss of stiffness: each change takes all of the bending matrix anew.
 const BENDING_STEPS: f64 = 64.0;
+/// No step: the bending matrix is yet to be made.
+const UNKNOWN_STEP: u8 = u8::MAX;
 /// Part of its length to which heat shrinks a side at most. // tuned: charred paper keeps 70 %, 0.3 to 0.7
 const SHORTEST: f64 = 0.4;
 
@@ -78,7 +79,7 @@ impl Shell {
         let shell = Self {
             stiffness: vec![MembraneStiffness::default(); triangles.len()],
             responses: vec![Response::default(); triangles.len()],
-            bending_steps: Vec::new(),
+            bending_steps: vec![UNKNOWN_STEP; triangles.len()],
             at_node: Pattern::from_rows(at_node.into_iter()),
             triangles,
             corners,
@@ -102,20 +103,21 @@ impl Shell {
         ambient: f64,
     ) {
         let whole = MembraneStiffness::of(material);
-        let mut steps = Vec::with_capacity(self.triangles.len());
+        let mut changed = false;
         for (k, corners) in self.corners.iter().enumerate() {
-            let left = stiffness_left(state, *corners, residual);
+            let nodes = corners.map(|i| state.map.burn_node(i as usize));
+            let left = stiffness_left(&state.burn, nodes, residual);
             self.stiffness[k] = whole.scaled(left);
-            let rise =
-                corners.iter().map(|i| state.burn.temperature[state.map.burn_node(*i as usize)]).sum::<f64>() / 3.0;
-            let scale = (1.0 - contraction * (rise - ambient)).clamp(SHORTEST, 1.0 / SHORTEST);
+            let temperature = nodes.iter().map(|i| state.burn.temperature[*i]).sum::<f64>() / 3.0;
+            let scale = (1.0 - contraction * (temperature - ambient)).clamp(SHORTEST, 1.0 / SHORTEST);
             let t = self.triangles[k];
             self.rest[k] = RestTriangle::new(scale * rest_side(state, 1, t), scale * rest_side(state, 2, t));
-            steps.push((left * BENDING_STEPS).ceil() as u8);
+            let step = (left * BENDING_STEPS).ceil() as u8;
+            changed |= self.bending_steps[k] != step;
+            self.bending_steps[k] = step;
         }
-        if steps != self.bending_steps {
-            self.bending.assemble(|t| f64::from(steps[t]) / BENDING_STEPS);
-            self.bending_steps = steps;
+        if changed {
+            self.bending.assemble(|t| f64::from(self.bending_steps[t]) / BENDING_STEPS);
         }
         for (k, t) in self.triangles.iter().enumerate() {
             self.bending.set_rest_curvature(k, state.rest.curvature[*t as usize]);
@@ -212,14 +214,9 @@ impl Shell {
 
     /// Product of the bending matrix with a field of the nodes, for damping.
     pub fn bend(&self, x: &[DVec3], y: &mut [DVec3], parallel: bool) {
-        let Bending { pattern, value, diagonal, .. } = &self.bending;
         by_rows(y, parallel, |first, y| {
             for (k, y) in y.iter_mut().enumerate() {
-                let i = first + k;
-                *y = x[i] * diagonal[i];
-                for m in pattern.row(i) {
-                    *y += x[pattern.column[m] as usize] * value[m];
-                }
+                *y = self.bending.row_times(x, first + k);
             }
         });
     }
@@ -228,12 +225,4 @@ impl Shell {
 fn rest_side(state: &SheetState, side: u8, t: u32) -> DVec2 {
     let column = if side == 1 { &state.rest.side_1 } else { &state.rest.side_2 };
     column[t as usize].truncate()
-}
-
-/// Stiffness that burning has left of a triangle, 1 for the unburnt sheet (Eq. 7.1, over the three corners).
-pub fn stiffness_left(state: &SheetState, corners: [u32; 3], residual: f64) -> f64 {
-    let nodes = corners.map(|i| state.map.burn_node(i as usize));
-    let fuel: f64 = nodes.iter().map(|i| state.burn.fuel[*i]).sum();
-    let initial: f64 = nodes.iter().map(|i| state.burn.fuel_initial[*i]).sum();
-    residual + (1.0 - residual) * fuel / initial
 }

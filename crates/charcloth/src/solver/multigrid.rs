@@ -134,14 +134,6 @@ impl Multigrid {
         Self { levels, ..Self::default() }
     }
 
-    /// Rows of every level, and blocks a row.
-    pub fn sizes(&self) -> Vec<(usize, f64)> {
-        self.levels
-            .iter()
-            .map(|l| (l.pattern.rows(), l.pattern.blocks() as f64 / l.pattern.rows().max(1) as f64))
-            .collect()
-    }
-
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
     /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does.
     pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, parallel: bool) {
@@ -409,14 +401,12 @@ impl Level {
                     continue;
                 }
                 let j = pattern.column[k] as usize;
+                // A rotation of the node comes from the rotation of the aggregate alone.
                 let turns = *rows_a_node == 2 && j % 2 == 1;
-                if turns {
-                    // A rotation of the node comes from the rotation of the aggregate alone.
-                    add_product(&mut prolongation[at + 1], &blocks[k], &tentative[j]);
-                } else {
+                if !turns {
                     prolongation[at] += blocks[k];
-                    add_product(&mut prolongation[at + 1], &blocks[k], &tentative[j]);
                 }
+                add_product(&mut prolongation[at + 1], &blocks[k], &tentative[j]);
             }
             for k in ties.row(i) {
                 let at = tied_at[k] as usize;
