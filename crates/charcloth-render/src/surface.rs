@@ -2,7 +2,6 @@
 
 use crate::error::RenderError;
 use charcloth::frame::{Frame, node_normals};
-use charcloth::sheet::BurnMap;
 use glam::{DVec3, Vec3};
 
 /// Temperature at which paper first looks tan [K].
@@ -66,28 +65,26 @@ impl Surface {
     pub fn gather(&mut self, frame: &Frame, target: DVec3) -> Result<(), RenderError> {
         check(frame)?;
         let normals = node_normals(&frame.motion.position, &frame.triangles);
-        let map = BurnMap;
         self.position.clear();
         self.position.extend_from_slice(&frame.motion.position);
         self.nodes.clear();
         self.nodes.extend((0..frame.motion.len()).map(|i| {
-            let b = map.burn_node(i);
             let burn = &frame.burn;
             let part = |value: f64, whole: f64| if whole > 0.0 { (value / whole).clamp(0.0, 1.0) as f32 } else { 0.0 };
-            let burnt = if burn.fuel_initial[b] > 0.0 { 1.0 - part(burn.fuel[b], burn.fuel_initial[b]) } else { 0.0 };
-            let glow = part(burn.burn_rate[b], burn.burn_rate_full[b]);
+            let burnt = if burn.fuel_initial[i] > 0.0 { 1.0 - part(burn.fuel[i], burn.fuel_initial[i]) } else { 0.0 };
+            let glow = part(burn.burn_rate[i], burn.burn_rate_full[i]);
             Node {
                 position: (frame.motion.position[i] - target).as_vec3(),
                 normal: normals[i].as_vec3(),
                 rest: frame.motion.rest_position[i].as_vec3(),
-                temperature: burn.temperature[b] as f32,
-                scorch: ((burn.peak_temperature[b] - SCORCH_BEGINS) / (SCORCH_ENDS - SCORCH_BEGINS)).clamp(-0.25, 1.4)
+                temperature: burn.temperature[i] as f32,
+                scorch: ((burn.peak_temperature[i] - SCORCH_BEGINS) / (SCORCH_ENDS - SCORCH_BEGINS)).clamp(-0.25, 1.4)
                     as f32,
                 burnt,
                 gone: burnt,
                 slopes: [Vec3::ZERO; 2],
                 glow,
-                glow_area: glow * burn.area[b] as f32,
+                glow_area: glow * burn.area[i] as f32,
             }
         }));
         self.triangles.clear();

@@ -3,15 +3,17 @@
 //! Sources: springs by kind [Provot1995]; stiffness of a spring of a triangle mesh K = E h sum(A)/L^2 [VanGelder1998],
 //! Eq. 6.2; edge conductance by the cotangent Laplacian [Pinkall1993], Eq. 1.2.
 
+use crate::burn_mesh::{self, BurnMap, Refined};
 use crate::error::Error;
 use crate::generate;
+use crate::homogenise;
 use crate::layout;
 use crate::mesh::SurfaceMesh;
 use crate::random::RandomField;
 use crate::scene::{Axis, Fire, Pose, Rest, Scene, Shape};
 use crate::sheet::{
-    Books, BurnEdges, BurnNodes, MotionBefore, MotionNodes, NONE, RestShapes, SheetState, SpringKind, Springs,
-    Triangles, bounds,
+    Books, BurnEdges, BurnNodes, BurnTriangles, MotionBefore, MotionNodes, NONE, RestShapes, SheetState, SpringKind,
+    Springs, Triangles, bounds,
 };
 use crate::shell::bending;
 use crate::shell::membrane::RestTriangle;
@@ -47,8 +49,8 @@ pub struct Built {
     pub node_of_source: Vec<u32>,
     /// Painted attributes by node.
     pub painted: BTreeMap<String, Vec<f32>>,
-    /// Texture coordinates by node (of one of its corners), for maps.
-    pub node_uv: Vec<Vec2>,
+    /// Texture coordinates by burn node (of one of its corners), for maps.
+    pub burn_uv: Vec<Vec2>,
     /// Direction that leads up.
     pub up: DVec3,
     /// Across and along the sheet as it lies at the start: directions of "right" and "top".
@@ -107,6 +109,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         position: mesh.positions.clone(),
         rest_position: rest.points,
         source: order.clone(),
+        burn_node: (0..node_count as u32).collect(),
         alive: vec![1; node_count],
         sheet: node_shells(&mesh, node_count),
         ..MotionNodes::zeros(node_count)
@@ -129,32 +132,37 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         alive: vec![1; triangle_count],
         piece: mesh.shell.clone(),
     };
-    let node_uv = node_uv(&triangles, node_count);
-    let burn = burn_nodes(scene, inputs, &motion, &triangles, &node_uv, lattice)?;
-    let mut motion = motion;
-    for i in 0..node_count {
-        motion.inert_mass[i] = scene.mechanics.inert_fraction.0 * burn.fuel_initial[i];
-    }
-    let (springs, burn_edges) = match lattice {
+    let (mut springs, mut burn_edges) = match lattice {
         Some(lattice) => lattice_springs(scene, &mesh, lattice),
         None => triangle_springs(scene, &mesh, &motion.rest_position, sides, &rest_area),
     };
+    let mut places = BurnPlaces::of_motion_nodes(&motion, &triangles, lattice);
+    let mut burn_triangles = BurnTriangles::default();
+    if description.burn_level > 0 {
+        check_burn_level(scene, &triangles)?;
+        let refined = burn_mesh::refine(node_count, &triangles.corners, sides, &rest_area, description.burn_level);
+        burn_edges = fine_edges(scene, &refined);
+        // The heat that runs beside a spring runs along many edges.
+        springs.edge.fill(NONE);
+        places = BurnPlaces::of_burn_mesh(&refined, &motion, &triangles);
+        burn_triangles = refined.triangles;
+    }
+    let burn = burn_nodes(scene, inputs, &places)?;
+    let burn_uv = places.uv;
     let machine = machine_direction(scene, right_top);
     let before = MotionBefore { position: motion.position.clone(), velocity: motion.velocity.clone() };
     let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
-    let state = SheetState {
-        motion,
-        before,
-        burn,
-        burn_edges,
-        springs,
-        triangles,
-        rest: rest_shapes,
-        books,
-        ..SheetState::default()
-    };
+    let mut state =
+        SheetState { motion, before, burn, burn_edges, burn_triangles, springs, triangles, rest: rest_shapes, books };
+    let mut map = BurnMap::default();
+    map.lay_out(&state);
+    let mut inert_mass = vec![0.0; node_count];
+    map.gather(&state.motion.burn_node, &state.burn.fuel_initial, &mut inert_mass);
+    inert_mass.iter_mut().for_each(|mass| *mass *= scene.mechanics.inert_fraction.0);
+    state.motion.inert_mass = inert_mass;
+    homogenise::carry_mass(&mut state, &map);
     let mut node_of_source = vec![0; node_count];
     for (node, source) in order.iter().enumerate() {
         node_of_source[*source as usize] = node as u32;
@@ -167,7 +175,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         middle,
         node_of_source,
         painted: mesh.painted,
-        node_uv,
+        burn_uv,
         up,
         right_top,
         remarks: mesh.remarks,
@@ -385,27 +393,82 @@ pub fn image<'a>(inputs: &'a Inputs, key: &str, path: &str) -> Result<&'a GreyIm
         .ok_or_else(|| Error::scene(key, format!("{path} was not read"), "hand it over in Inputs::images"))
 }
 
-fn burn_nodes(
-    scene: &Scene,
-    inputs: &Inputs,
-    motion: &MotionNodes,
-    triangles: &Triangles,
-    node_uv: &[Vec2],
-    lattice: Option<Lattice>,
-) -> Result<BurnNodes, Error> {
-    let count = motion.len();
-    let Fire { raw, .. } = &scene.fire;
+/// Where the burn nodes lie: in the stress-free sheet, on its texture, and the area that each stands for.
+struct BurnPlaces {
+    rest_position: Vec<DVec3>,
+    uv: Vec<Vec2>,
+    area: Vec<f64>,
+}
+
+impl BurnPlaces {
+    fn of_motion_nodes(motion: &MotionNodes, triangles: &Triangles, lattice: Option<Lattice>) -> Self {
+        let mut area = area_of_nodes(motion.len(), &triangles.corners, &triangles.rest_area);
+        if let Some(lattice) = lattice {
+            for (i, area) in area.iter_mut().enumerate() {
+                *area = lattice_area(lattice, i);
+            }
+        }
+        Self { rest_position: motion.rest_position.clone(), uv: node_uv(triangles, motion.len()), area }
+    }
+
+    fn of_burn_mesh(refined: &Refined, motion: &MotionNodes, triangles: &Triangles) -> Self {
+        let fine = &refined.triangles;
+        let mut rest_position = vec![DVec3::ZERO; refined.nodes];
+        let mut uv = vec![Vec2::ZERO; refined.nodes];
+        for t in 0..fine.len() {
+            let parent = fine.parent[t] as usize;
+            let [a, b, c] = triangles.corners[parent].map(|i| motion.rest_position[i as usize]);
+            let [uv_a, uv_b, uv_c] = triangles.uv[parent];
+            for (i, place) in fine.corners[t].iter().zip(fine.place[t]) {
+                let [x, y] = place.as_dvec2().to_array();
+                rest_position[*i as usize] = a * (1.0 - x - y) + b * x + c * y;
+                uv[*i as usize] = uv_a + (uv_b - uv_a) * place.x + (uv_c - uv_a) * place.y;
+            }
+        }
+        Self { rest_position, uv, area: area_of_nodes(refined.nodes, &fine.corners, &fine.rest_area) }
+    }
+}
+
+fn area_of_nodes(count: usize, corners: &[[u32; 3]], rest_area: &[f64]) -> Vec<f64> {
     let mut area = vec![0.0; count];
-    for (corners, rest_area) in triangles.corners.iter().zip(&triangles.rest_area) {
+    for (corners, rest_area) in corners.iter().zip(rest_area) {
         for i in corners {
             area[*i as usize] += rest_area / 3.0;
         }
     }
-    if let Some(lattice) = lattice {
-        for (i, area) in area.iter_mut().enumerate() {
-            *area = lattice_area(lattice, i);
+    area
+}
+
+fn check_burn_level(scene: &Scene, triangles: &Triangles) -> Result<(), Error> {
+    let level = scene.sheet.burn_level;
+    let problem = if level > burn_mesh::FINEST {
+        format!("{level} is finer than is built")
+    } else if triangles.is_empty() {
+        "a chain has no triangles to refine".to_owned()
+    } else if scene.fire.raw.is_some() {
+        "raw coefficients are per node of the mesh that moves".to_owned()
+    } else {
+        return Ok(());
+    };
+    Err(Error::scene("sheet.burn_level", problem, format!("use 0 to {}; 0 is the mesh that moves", burn_mesh::FINEST)))
+}
+
+fn fine_edges(scene: &Scene, refined: &Refined) -> BurnEdges {
+    let material = SpringMaterial::of(scene);
+    let mut edges = BurnEdges::default();
+    for edge in &refined.edges {
+        material.edge(&mut edges, edge.ends, edge.distance, edge.shape.max(0.0));
+        if let Some(triangles) = edges.triangles.last_mut() {
+            *triangles = edge.triangles;
         }
     }
+    edges
+}
+
+fn burn_nodes(scene: &Scene, inputs: &Inputs, places: &BurnPlaces) -> Result<BurnNodes, Error> {
+    let BurnPlaces { rest_position, uv, area } = places;
+    let count = area.len();
+    let Fire { raw, .. } = &scene.fire;
     let variation = &scene.sheet.variation;
     let field = RandomField::new(scene.seed, 0x6675_656c, variation.correlation_length.0);
     let map = variation.map.as_deref().map(|path| image(inputs, "sheet.variation.map", path)).transpose()?;
@@ -421,10 +484,10 @@ fn burn_nodes(
         let mut factor = 1.0;
         if variation.noise.0 > 0.0 {
             // Eq. 2.1. A sheet has no places without fibre: cut the Gaussian off well above zero.
-            factor *= (1.0 + variation.noise.0 * field.at(motion.rest_position[i])).max(0.2);
+            factor *= (1.0 + variation.noise.0 * field.at(rest_position[i])).max(0.2);
         }
         if let Some(map) = map {
-            let grey = f64::from(sample_image(map, node_uv[i]));
+            let grey = f64::from(sample_image(map, uv[i]));
             factor *= variation.map_low.0 + (variation.map_high.0 - variation.map_low.0) * grey;
         }
         let nominal = raw.node_fuel.map_or(scene.sheet.grammage.0 * area[i], |mass| mass.0);
@@ -507,6 +570,7 @@ impl SpringMaterial {
         edges.rest_distance.push(distance);
         edges.conductance_length.push(self.raw_k0.unwrap_or(self.sheet_conductance * width_over_distance * distance));
         edges.cut.push(0);
+        edges.triangles.push([NONE; 2]);
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a run hands out: frames, time histories, and the sinks that take them.
 
+use crate::burn_mesh::BurnMap;
 use crate::error::Error;
 use crate::sheet::{BurnNodes, MotionNodes, SheetState, Triangles};
 use glam::DVec3;
@@ -14,22 +15,62 @@ pub struct Frame {
     pub time: f64,
     /// What moves, by node id.
     pub motion: MotionNodes,
-    /// What burns, by node id.
+    /// What burns, by the same node id.
     pub burn: BurnNodes,
     /// The surface; triangles with `alive` 0 have been cut from it.
     pub triangles: Triangles,
 }
 
+/// The burn mesh with what moves carried over to its nodes.
+fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles) {
+    let SheetState { motion, burn, triangles, burn_triangles: fine, .. } = state;
+    let mut map = BurnMap::default();
+    map.lay_out(state);
+    let normal = node_normals(&motion.position, triangles);
+    let mut nodes = MotionNodes::zeros(burn.len());
+    let inert: f64 = motion.inert_mass.iter().sum();
+    let inert_of_fuel = inert / burn.fuel_initial.iter().sum::<f64>();
+    for i in 0..burn.len() {
+        nodes.burn_node[i] = i as u32;
+        nodes.carried_mass[i] = burn.fuel[i];
+        nodes.inert_mass[i] = burn.fuel_initial[i] * inert_of_fuel;
+        nodes.position[i] = map.position(triangles, &motion.position, &normal, i);
+        nodes.velocity[i] = map.interpolate(triangles, &motion.velocity, i);
+        nodes.rest_position[i] = map.interpolate(triangles, &motion.rest_position, i);
+        nodes.alive[i] = u8::from(map.held[i]);
+        // What cannot be mixed is that of the nearest corner.
+        let corners = triangles.corners[map.parent[i] as usize];
+        let nearest = corners[map.weights[i].max_position()] as usize;
+        nodes.source[i] = motion.source[nearest];
+        nodes.sheet[i] = motion.sheet[nearest];
+        nodes.pinned[i] = u8::from(map.weights[i].max_element() == 1.0 && motion.pinned[nearest] != 0);
+    }
+    let mut surface = Triangles {
+        corners: fine.corners.clone(),
+        rest_area: fine.rest_area.clone(),
+        alive: fine.alive.clone(),
+        ..Triangles::zeros(fine.len())
+    };
+    for (t, parent) in fine.parent.iter().enumerate() {
+        let parent = *parent as usize;
+        let [a, b, c] = triangles.uv[parent];
+        surface.uv[t] = fine.place[t].map(|p| a + (b - a) * p.x + (c - a) * p.y);
+        surface.source_face[t] = triangles.source_face[parent];
+        surface.sheet[t] = triangles.sheet[parent];
+        surface.piece[t] = triangles.piece[parent];
+    }
+    (nodes, surface)
+}
+
 impl Frame {
     /// A copy of the visible part of a state.
     pub fn of(state: &SheetState, number: u32, time: f64) -> Self {
-        Self {
-            number,
-            time,
-            motion: state.motion.clone(),
-            burn: state.burn.clone(),
-            triangles: state.triangles.clone(),
-        }
+        let (motion, triangles) = if state.has_fine_burn_mesh() {
+            of_burn_mesh(state)
+        } else {
+            (state.motion.clone(), state.triangles.clone())
+        };
+        Self { number, time, motion, burn: state.burn.clone(), triangles }
     }
 
     /// Area-weighted unit normal of each node, zero where it has no triangle left.

@@ -1,11 +1,15 @@
-//! From what burns to what moves: how fuel left on the burn mesh weakens the springs of the motion mesh.
+//! From what burns to what moves: how fuel left on the burn mesh weakens the motion mesh, and the mass that it carries.
 //!
 //! Model: K/K0 = r + (1 - r) (m_i + m_j)/(m_i0 + m_j0), Eq. 7.1; a spring under a thousandth of its stiffness counts as
-//! broken. Source: the 2004 sketch, S7 [Moidu2004]. The floor r for char is ours and 0 unless a scene sets it. Cost: one
-//! pass over the springs.
+//! broken. On a finer burn mesh each motion triangle has a stiffness along each of its sides: the harmonic mean along a
+//! row of burn triangles, since they pull in series, and the mean over rows, which pull side by side (Eq. 7.2). So a
+//! hairline that has burnt through cuts, and a hole inside a triangle weakens it. Source: the 2004 sketch, S7
+//! [Moidu2004]; bounds in series and in parallel [Hill1952]. The floor r for char is ours and 0 unless a scene
+//! sets it. Cost: one pass over springs, and over the burn triangles where there are any.
 
+use crate::burn_mesh::BurnMap;
 use crate::effects::SpringFactors;
-use crate::sheet::{BurnNodes, SheetState};
+use crate::sheet::{BurnNodes, NONE, SheetState};
 
 /// Part of its stiffness under which a spring counts as broken.
 pub const BROKEN_BELOW: f64 = 1e-3;
@@ -18,23 +22,74 @@ pub fn stiffness_left<const N: usize>(burn: &BurnNodes, nodes: [usize; N], resid
     residual + (1.0 - residual) * (fuel / initial)
 }
 
-/// Sets the stiffness factor of every spring, clears the tensions, and marks springs that have burnt through as broken.
+/// Gathers at each motion node the mass of what burns there.
+pub fn carry_mass(state: &mut SheetState, map: &BurnMap) {
+    map.gather(&state.motion.burn_node, &state.burn.fuel, &mut state.motion.carried_mass);
+}
+
+/// Cuts away what has burnt through on a finer burn mesh: triangles that have an edge with a thousandth of its fuel left.
 /// Returns whether any has.
-pub fn spring_factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut SpringFactors) -> bool {
-    let SheetState { springs, burn, map, .. } = state;
-    let count = springs.len();
+pub fn burn_through(state: &mut SheetState, residual_stiffness: f64) -> bool {
+    let SheetState { burn, burn_triangles: fine, .. } = state;
+    let mut fresh = false;
+    for t in 0..fine.len() {
+        if fine.alive[t] == 0 {
+            continue;
+        }
+        let [a, b, c] = fine.corners[t].map(|i| i as usize);
+        let weakest = [[a, b], [b, c], [c, a]].map(|ends| stiffness_left(burn, ends, residual_stiffness));
+        if weakest.into_iter().fold(f64::INFINITY, f64::min) < BROKEN_BELOW {
+            fine.alive[t] = 0;
+            fresh = true;
+        }
+    }
+    fresh
+}
+
+/// Sets the stiffness factor of every spring and triangle, clears the tensions, and marks springs that have burnt
+/// through as broken. Returns whether any has.
+pub fn factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut SpringFactors) -> bool {
+    let count = state.springs.len();
     factors.stiffness.clear();
     for column in [&mut factors.tension, &mut factors.drag] {
         column.clear();
         column.resize(count, 0.0);
     }
+    if state.has_fine_burn_mesh() {
+        of_fine_triangles(state, residual_stiffness, factors);
+    } else {
+        factors.sides.clear();
+        factors.triangle.clear();
+        let SheetState { triangles, motion, burn, .. } = &*state;
+        factors.triangle.extend(triangles.corners.iter().map(|corners| {
+            let nodes = corners.map(|i| motion.burn_node[i as usize] as usize);
+            stiffness_left(burn, nodes, residual_stiffness)
+        }));
+    }
+    let SheetState { springs, burn, motion, triangles, .. } = state;
     let mut any_broken = false;
     for s in 0..count {
         if springs.broken[s] != 0 {
             factors.stiffness.push(0.0);
             continue;
         }
-        let factor = stiffness_left(burn, springs.ends[s].map(|end| map.burn_node(end as usize)), residual_stiffness);
+        let factor = if factors.sides.is_empty() {
+            let ends = springs.ends[s].map(|end| motion.burn_node[end as usize] as usize);
+            stiffness_left(burn, ends, residual_stiffness)
+        } else {
+            let carriers = springs.carriers[s].into_iter().filter(|t| *t != NONE).map(|t| t as usize);
+            let of_carrier = |t: usize| {
+                let side = triangles.corners[t].iter().position(|i| !springs.ends[s].contains(i));
+                // A spring that crosses a triangle goes along none of its sides.
+                match side {
+                    Some(side) if springs.needs_both[s] == 0 => factors.sides[t][side],
+                    _ => factors.triangle[t],
+                }
+            };
+            let live = carriers.filter(|t| triangles.alive[*t] != 0);
+            let (sum, number) = live.fold((0.0, 0.0), |(sum, number), t| (sum + of_carrier(t), number + 1.0));
+            if number > 0.0 { sum / number } else { 0.0 }
+        };
         if factor < BROKEN_BELOW {
             springs.broken[s] = 1;
             any_broken = true;
@@ -44,4 +99,46 @@ pub fn spring_factors(state: &mut SheetState, residual_stiffness: f64, factors: 
         }
     }
     any_broken
+}
+
+/// Stiffness left of each motion triangle along each of its sides, by the burn triangles that it carries (Eq. 7.2); the
+/// least of the three for what knows no sides.
+fn of_fine_triangles(state: &SheetState, residual: f64, factors: &mut SpringFactors) {
+    let SheetState { burn, burn_triangles: fine, triangles, .. } = state;
+    factors.sides.clear();
+    factors.sides.resize(triangles.len(), [0.0; 3]);
+    factors.triangle.clear();
+    let mut t = 0;
+    for (parent, sides) in factors.sides.iter_mut().enumerate() {
+        let first = t;
+        while t < fine.len() && fine.parent[t] as usize == parent {
+            t += 1;
+        }
+        let carried = first..t;
+        let cuts = ((t - first) as f64).sqrt().round().max(1.0);
+        // Sum of compliance and number of triangles of each row along each side; the rows count from the corner opposite.
+        let mut rows = [[(0.0f64, 0.0f64); 1 << crate::burn_mesh::FINEST]; 3];
+        for t in carried {
+            let nodes = fine.corners[t].map(|i| i as usize);
+            let left = if fine.alive[t] != 0 { stiffness_left(burn, nodes, residual) } else { 0.0 };
+            let middle = (fine.place[t][0] + fine.place[t][1] + fine.place[t][2]).as_dvec2() / 3.0;
+            let towards = [1.0 - middle.x - middle.y, middle.x, middle.y];
+            for side in 0..3 {
+                let row = ((1.0 - towards[side]) * cuts) as usize;
+                let row = &mut rows[side][row.min(rows[side].len() - 1)];
+                // Less than a thousandth is none; a row with a gap has no stiffness to speak of.
+                row.0 += 1.0 / left.max(1e-6);
+                row.1 += 1.0;
+            }
+        }
+        for side in 0..3 {
+            let (mut sum, mut number) = (0.0, 0.0);
+            for (compliance, count) in rows[side].into_iter().filter(|(_, count)| *count > 0.0) {
+                sum += count * (count / compliance);
+                number += count;
+            }
+            sides[side] = if number > 0.0 { sum / number } else { 0.0 };
+        }
+        factors.triangle.push(sides[0].min(sides[1]).min(sides[2]));
+    }
 }

@@ -23,6 +23,7 @@ pub mod scene;
 pub mod units;
 
 pub mod build;
+pub mod burn_mesh;
 pub mod fields;
 pub mod generate;
 pub mod layout;

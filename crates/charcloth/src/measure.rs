@@ -118,6 +118,14 @@ fn node_of(probe: &Probe, built: &Built) -> Result<usize, Error> {
         .ok_or_else(|| Error::scene(format!("probe \"{}\"", probe.name), format!("there is no node {source}"), ""))
 }
 
+/// The burn node that a probe names, or the one nearest to its point `from` at the start.
+fn burn_node_of(probe: &Probe, built: &Built) -> Result<usize, Error> {
+    match (probe.node, &probe.from) {
+        (None, Some(point)) => Ok(nearest(&built.state.burn_positions(), vector(point))),
+        _ => Ok(built.state.burn_node(node_of(probe, built)?)),
+    }
+}
+
 fn nearest(positions: &[DVec3], point: DVec3) -> usize {
     let distance = |i: &usize| positions[*i].distance_squared(point);
     (0..positions.len()).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap_or(0)
@@ -131,7 +139,7 @@ struct FrontSpeed {
 fn front_speed(probe: &Probe, _: &Scene, built: &Built) -> Result<Box<dyn Measure>, Error> {
     let from = vector(probe.from.as_ref().ok_or_else(|| missing(probe, "from"))?);
     let to = vector(probe.to.as_ref().ok_or_else(|| missing(probe, "to"))?);
-    let positions = &built.state.motion.position;
+    let positions = &built.state.burn_positions();
     let nodes = [nearest(positions, from), nearest(positions, to)];
     let along = (to - from).normalize_or_zero();
     let distance = (positions[nodes[1]] - positions[nodes[0]]).dot(along);
@@ -200,7 +208,7 @@ struct BurnOutTime {
 }
 
 fn burn_out_time(probe: &Probe, _: &Scene, built: &Built) -> Result<Box<dyn Measure>, Error> {
-    Ok(Box::new(BurnOutTime { node: node_of(probe, built)?, burnt_out_at: f64::NAN, before: (0.0, 0.0) }))
+    Ok(Box::new(BurnOutTime { node: burn_node_of(probe, built)?, burnt_out_at: f64::NAN, before: (0.0, 0.0) }))
 }
 
 impl Measure for BurnOutTime {
@@ -223,7 +231,7 @@ impl Measure for BurnOutTime {
 struct NodeTemperature(usize);
 
 fn temperature(probe: &Probe, _: &Scene, built: &Built) -> Result<Box<dyn Measure>, Error> {
-    Ok(Box::new(NodeTemperature(node_of(probe, built)?)))
+    Ok(Box::new(NodeTemperature(burn_node_of(probe, built)?)))
 }
 
 impl Measure for NodeTemperature {
@@ -362,11 +370,11 @@ pub fn history(built: &Built, burning: &Burning, lit_first: &[u32]) -> Vec<Sampl
     let (burn, books) = (&state.burn, &state.books);
     let burning_nodes = burn.burn_rate.iter().filter(|rate| **rate > 0.0).count();
     let burning_area: f64 = (0..burn.len()).filter(|i| burn.burn_rate[*i] > 0.0).map(|i| burn.area[i]).sum();
-    let origin = lit_first.iter().map(|i| state.motion.rest_position[*i as usize]).sum::<DVec3>()
-        / (lit_first.len().max(1) as f64);
+    let rest_position = state.burn_rest_positions();
+    let origin = lit_first.iter().map(|i| rest_position[*i as usize]).sum::<DVec3>() / (lit_first.len().max(1) as f64);
     let front = (0..burn.len())
         .filter(|i| burn.ignited_at[*i] >= 0.0)
-        .map(|i| state.motion.rest_position[i].distance(origin))
+        .map(|i| rest_position[i].distance(origin))
         .fold(0.0, f64::max);
     let hottest = burn.temperature.iter().copied().fold(0.0, f64::max);
     let fuel: f64 = burn.fuel.iter().sum();
@@ -408,8 +416,9 @@ pub fn set_initial(scene: &Scene, built: &mut Built) -> Result<(), Error> {
         }
         if let Some(lattice) = lattice {
             if let Some(wave) = &initial.temperature_wave {
-                burn.temperature[i] += wave.amplitude.0 * cosine_mode(lattice, wave.mode, i);
-                burn.peak_temperature[i] = burn.peak_temperature[i].max(burn.temperature[i]);
+                let b = motion.burn_node[i] as usize;
+                burn.temperature[b] += wave.amplitude.0 * cosine_mode(lattice, wave.mode, i);
+                burn.peak_temperature[b] = burn.peak_temperature[b].max(burn.temperature[b]);
             }
             if let Some(wave) = &initial.displacement_wave {
                 motion.position[i] += vector(&wave.amplitude) * sine_mode(lattice, wave.mode, i);

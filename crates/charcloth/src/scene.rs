@@ -205,6 +205,8 @@ pub struct Sheet {
     pub spacing: Length,
     /// Number of segments along the width; given, it takes the place of `spacing`.
     pub segments: Option<u32>,
+    /// How much finer the burn mesh is than the mesh that moves: each level halves the distance of nodes. 0 to 3.
+    pub burn_level: u32,
     /// How a built-in sheet is placed.
     pub pose: Pose,
     /// Where the middle of the sheet (the origin of a mesh file) is put.
@@ -235,6 +237,7 @@ impl Default for Sheet {
             radius: Length(0.1),
             spacing: Length(0.003),
             segments: None,
+            burn_level: 0,
             pose: Pose::default(),
             position: [Length(0.0); 3],
             rotate: [Angle(0.0); 3],

@@ -1,6 +1,7 @@
 //! Which nodes a scene means by a point, a corner, a side, a box, a painted group or a map.
 
 use crate::build::{Built, image, sample_image, sheet_extent};
+use crate::burn_mesh::BurnMap;
 use crate::error::Error;
 use crate::scene::{Corner, HalfSpace, Ignite, Pin, Point, Region, Side};
 use crate::simulation::Inputs;
@@ -15,20 +16,28 @@ struct Selection<'a> {
     built: &'a Built,
     /// Key of the row, for errors.
     key: &'a str,
+    /// Where the nodes are [m].
+    positions: Vec<DVec3>,
+    /// Where the nodes of a finer burn mesh lie on the motion mesh; empty for motion nodes.
+    map: BurnMap,
     chosen: Vec<bool>,
 }
 
 impl<'a> Selection<'a> {
-    fn new(built: &'a Built, key: &'a str) -> Self {
-        Self { built, key, chosen: vec![false; built.state.motion.len()] }
+    fn of_motion_nodes(built: &'a Built, key: &'a str) -> Self {
+        let positions = built.state.motion.position.clone();
+        Self { built, key, chosen: vec![false; positions.len()], positions, map: BurnMap::default() }
     }
 
-    fn positions(&self) -> &'a [DVec3] {
-        &self.built.state.motion.position
+    fn of_burn_nodes(built: &'a Built, key: &'a str) -> Self {
+        let mut map = BurnMap::default();
+        map.lay_out(&built.state);
+        let positions = built.state.burn_positions();
+        Self { built, key, chosen: vec![false; positions.len()], positions, map }
     }
 
     fn by_index(&mut self, nodes: &[u32]) -> Result<(), Error> {
-        let count = self.chosen.len();
+        let count = self.built.node_of_source.len();
         for node in nodes {
             let number = self.built.node_of_source.get(*node as usize).ok_or_else(|| {
                 Error::scene(
@@ -42,17 +51,17 @@ impl<'a> Selection<'a> {
         Ok(())
     }
 
-    fn where_true(&mut self, inside: impl Fn(usize) -> bool) {
-        for i in 0..self.chosen.len() {
-            self.chosen[i] |= inside(i);
+    fn where_true(&mut self, inside: impl Fn(DVec3) -> bool) {
+        for (chosen, position) in self.chosen.iter_mut().zip(&self.positions) {
+            *chosen |= inside(*position);
         }
     }
 
     fn near(&mut self, point: DVec3, radius: f64) {
-        let positions = self.positions();
         if radius > 0.0 {
-            self.where_true(|i| positions[i].distance_squared(point) <= radius * radius);
+            self.where_true(|p| p.distance_squared(point) <= radius * radius);
         } else {
+            let positions = &self.positions;
             let distance = |i: &usize| positions[*i].distance_squared(point);
             let nearest = (0..positions.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)));
             if let Some(nearest) = nearest {
@@ -63,41 +72,37 @@ impl<'a> Selection<'a> {
 
     fn corner(&mut self, corner: Corner, radius: f64) {
         let [right, top] = self.built.right_top;
-        let (low, high) = sheet_extent(self.positions(), self.built.right_top);
+        let (low, high) = sheet_extent(&self.positions, self.built.right_top);
         let x = if matches!(corner, Corner::BottomLeft | Corner::TopLeft) { low.x } else { high.x };
         let y = if matches!(corner, Corner::BottomLeft | Corner::BottomRight) { low.y } else { high.y };
         // The node nearest to the corner of the extent, seen along the sheet's normal.
         let distance = |p: DVec3| (p.dot(right) - x).powi(2) + (p.dot(top) - y).powi(2);
-        let positions = self.positions();
-        let nearest = (0..positions.len()).min_by(|i, j| distance(positions[*i]).total_cmp(&distance(positions[*j])));
+        let nearest = self.positions.iter().copied().min_by(|p, q| distance(*p).total_cmp(&distance(*q)));
         if let Some(nearest) = nearest {
-            self.near(positions[nearest], radius.max(f64::MIN_POSITIVE));
+            self.near(nearest, radius.max(f64::MIN_POSITIVE));
         }
     }
 
     fn edge(&mut self, side: Side) {
         let [right, top] = self.built.right_top;
-        let (low, high) = sheet_extent(self.positions(), self.built.right_top);
+        let (low, high) = sheet_extent(&self.positions, self.built.right_top);
         let reach = 1e-6 * (high - low).length();
-        let positions = self.positions();
-        self.where_true(|i| match side {
-            Side::Left => positions[i].dot(right) <= low.x + reach,
-            Side::Right => positions[i].dot(right) >= high.x - reach,
-            Side::Bottom => positions[i].dot(top) <= low.y + reach,
-            Side::Top => positions[i].dot(top) >= high.y - reach,
+        self.where_true(|p| match side {
+            Side::Left => p.dot(right) <= low.x + reach,
+            Side::Right => p.dot(right) >= high.x - reach,
+            Side::Bottom => p.dot(top) <= low.y + reach,
+            Side::Top => p.dot(top) >= high.y - reach,
         });
     }
 
     fn region(&mut self, region: &Region) {
         let (low, high) = (vector(&region.low), vector(&region.high));
-        let positions = self.positions();
-        self.where_true(|i| positions[i].cmpge(low).all() && positions[i].cmple(high).all());
+        self.where_true(|p| p.cmpge(low).all() && p.cmple(high).all());
     }
 
     fn half_space(&mut self, half: &HalfSpace) {
         let (point, normal) = (vector(&half.point), DVec3::from_array(half.normal));
-        let positions = self.positions();
-        self.where_true(|i| (positions[i] - point).dot(normal) < 0.0);
+        self.where_true(|p| (p - point).dot(normal) < 0.0);
     }
 
     fn group(&mut self, name: &str) -> Result<(), Error> {
@@ -110,7 +115,10 @@ impl<'a> Selection<'a> {
             };
             Error::scene(format!("{}.group", self.key), format!("\"{name}\" is not painted on the mesh"), hint)
         })?;
-        self.where_true(|i| painted[i] > 0.5);
+        let painted: Vec<f64> = painted.iter().map(|value| f64::from(*value)).collect();
+        for i in 0..self.chosen.len() {
+            self.chosen[i] |= self.map.interpolate(&self.built.state.triangles, &painted, i) > 0.5;
+        }
         Ok(())
     }
 
@@ -130,7 +138,7 @@ impl<'a> Selection<'a> {
 /// Nodes that row `row` of `[[pin]]` holds.
 pub fn pinned(built: &Built, pin: &Pin, row: usize) -> Result<Vec<u32>, Error> {
     let key = format!("pin.{row}");
-    let mut selection = Selection::new(built, &key);
+    let mut selection = Selection::of_motion_nodes(built, &key);
     selection.by_index(&pin.nodes)?;
     if let Some(region) = &pin.region {
         selection.region(region);
@@ -150,10 +158,10 @@ pub fn pinned(built: &Built, pin: &Pin, row: usize) -> Result<Vec<u32>, Error> {
     selection.finish()
 }
 
-/// Nodes that row `row` of `[[ignite]]` lights.
+/// Burn nodes that row `row` of `[[ignite]]` lights.
 pub fn ignited(built: &Built, inputs: &Inputs, ignite: &Ignite, row: usize) -> Result<Vec<u32>, Error> {
     let key = format!("ignite.{row}");
-    let mut selection = Selection::new(built, &key);
+    let mut selection = Selection::of_burn_nodes(built, &key);
     selection.by_index(&ignite.nodes)?;
     if let Some(region) = &ignite.region {
         selection.region(region);
@@ -175,7 +183,9 @@ pub fn ignited(built: &Built, inputs: &Inputs, ignite: &Ignite, row: usize) -> R
     }
     if let Some(path) = &ignite.map {
         let map = image(inputs, &format!("{key}.map"), path)?;
-        selection.where_true(|i| sample_image(map, built.node_uv[i]) > 0.5);
+        for i in 0..selection.chosen.len() {
+            selection.chosen[i] |= sample_image(map, built.burn_uv[i]) > 0.5;
+        }
     }
     selection.finish()
 }

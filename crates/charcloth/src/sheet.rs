@@ -1,11 +1,13 @@
 //! The state of a sheet: two meshes, each a set of tables, and the map between them.
 //!
 //! What moves (`MotionNodes`, `Springs`, `Triangles`) sits on the **motion mesh**; what burns (`BurnNodes`,
-//! `BurnEdges`) on the **burn mesh**. Today the burn mesh has the nodes of the motion mesh and [`BurnMap`] says so; code
-//! that goes from one to the other asks the map, so that a finer burn mesh can come without a rewrite.
+//! `BurnEdges`, `BurnTriangles`) on the **burn mesh**. At level 0 the burn mesh is the motion mesh, and has no triangles
+//! of its own; at level r each motion triangle carries 4^r burn triangles, and [`crate::burn_mesh::BurnMap`] goes from
+//! one mesh to the other.
 //!
 //! Rows are never renumbered within a run: holes are masks (`alive`), tears append. The row number of a node is its id.
 
+use crate::burn_mesh::BurnMap;
 use crate::fields;
 use crate::fields::{Column, Fnv};
 use glam::DVec3;
@@ -32,10 +34,14 @@ fields! {
         position: DVec3, "m", Copy;
         /// How fast it moves.
         velocity: DVec3, "m/s", Copy;
-        /// Mass that does not burn; the inertial mass is this and the fuel.
+        /// Mass that does not burn; the inertial mass is this and what burns.
         inert_mass: f64, "kg", Share;
+        /// Mass of what burns there, as it is now: the share of the burn nodes around that the node carries.
+        carried_mass: f64, "kg", Share;
         /// Where the node lies in the stress-free sheet; material fields such as noise are functions of it.
         rest_position: DVec3, "m", Copy;
+        /// The node of the burn mesh at the same place.
+        burn_node: u32, "1", Copy;
         /// Node of the input mesh that this one is, or was split from.
         source: u32, "1", Copy;
         /// Which shell of the input the node belongs to.
@@ -94,6 +100,24 @@ fields! {
         conductance_length: f64, "W m/K", Copy;
         /// 1 once the sheet is parted between the two nodes.
         cut: u8, "1", Copy;
+        /// Burn triangles at the edge; none at level 0.
+        triangles: [u32; 2], "1", Copy;
+    }
+}
+
+fields! {
+    /// Triangles of the burn mesh; none at level 0, where those of the motion mesh serve.
+    pub struct BurnTriangles {
+        /// The three burn nodes, anticlockwise seen from outside.
+        corners: [u32; 3], "1", Copy;
+        /// Triangle of the motion mesh that carries it.
+        parent: u32, "1", Copy;
+        /// Where each corner lies on it: the weights of the second and of the third corner of the parent.
+        place: [glam::Vec2; 3], "1", Copy;
+        /// Area at rest.
+        rest_area: f64, "m2", Copy;
+        /// 1 while the triangle is part of the surface.
+        alive: u8, "1", Copy;
     }
 }
 
@@ -112,7 +136,7 @@ fields! {
         strength: f64, "N", Copy;
         /// 1 once the spring has given way.
         broken: u8, "1", Copy;
-        /// Edge of the burn mesh along a structural spring.
+        /// Edge of the burn mesh along a structural spring; none where the burn mesh is finer.
         edge: u32, "1", Copy;
         /// Triangles that carry the spring; the first holds the first end, the second the second.
         carriers: [u32; 2], "1", Copy;
@@ -183,18 +207,6 @@ fields! {
     }
 }
 
-/// Which burn nodes stand for which motion nodes. At level 0, the only one today, each stands for itself.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct BurnMap;
-
-impl BurnMap {
-    /// The burn node at a motion node.
-    #[inline]
-    pub fn burn_node(&self, motion_node: usize) -> usize {
-        motion_node
-    }
-}
-
 /// Everything that changes from step to step, and with it everything needed to go on from here.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SheetState {
@@ -204,6 +216,8 @@ pub struct SheetState {
     pub burn: BurnNodes,
     /// Who conducts to whom.
     pub burn_edges: BurnEdges,
+    /// The surface that burns, where it is finer than the one that moves.
+    pub burn_triangles: BurnTriangles,
     /// Who pulls on whom.
     pub springs: Springs,
     /// The surface.
@@ -214,17 +228,16 @@ pub struct SheetState {
     pub rest: RestShapes,
     /// Sums since the start.
     pub books: Books,
-    /// From one mesh to the other.
-    pub map: BurnMap,
 }
 
 impl SheetState {
     /// Every table with its name.
-    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 8] {
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 9] {
         [
             ("motion", self.motion.columns()),
             ("burn", self.burn.columns()),
             ("burn_edges", self.burn_edges.columns()),
+            ("burn_triangles", self.burn_triangles.columns()),
             ("springs", self.springs.columns()),
             ("triangles", self.triangles.columns()),
             ("before", self.before.columns()),
@@ -239,6 +252,7 @@ impl SheetState {
         all.extend(self.motion.columns_mut().into_iter().map(|(n, d)| ("motion", n, d)));
         all.extend(self.burn.columns_mut().into_iter().map(|(n, d)| ("burn", n, d)));
         all.extend(self.burn_edges.columns_mut().into_iter().map(|(n, d)| ("burn_edges", n, d)));
+        all.extend(self.burn_triangles.columns_mut().into_iter().map(|(n, d)| ("burn_triangles", n, d)));
         all.extend(self.springs.columns_mut().into_iter().map(|(n, d)| ("springs", n, d)));
         all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
         all.extend(self.before.columns_mut().into_iter().map(|(n, d)| ("before", n, d)));
@@ -258,10 +272,43 @@ impl SheetState {
         hash.0
     }
 
-    /// Inertial mass of a node [kg]: its fuel and what does not burn.
+    /// Inertial mass of a node [kg]: what burns there and what does not.
     #[inline]
     pub fn mass(&self, node: usize) -> f64 {
-        self.motion.inert_mass[node] + self.burn.fuel[self.map.burn_node(node)]
+        self.motion.inert_mass[node] + self.motion.carried_mass[node]
+    }
+
+    /// The burn node at a motion node.
+    #[inline]
+    pub fn burn_node(&self, motion_node: usize) -> usize {
+        self.motion.burn_node[motion_node] as usize
+    }
+
+    /// Where each burn node is [m], linear over the motion triangles.
+    pub fn burn_positions(&self) -> Vec<DVec3> {
+        self.at_burn_nodes(&self.motion.position)
+    }
+
+    /// Where each burn node lies in the stress-free sheet [m].
+    pub fn burn_rest_positions(&self) -> Vec<DVec3> {
+        self.at_burn_nodes(&self.motion.rest_position)
+    }
+
+    fn at_burn_nodes(&self, at_motion_nodes: &[DVec3]) -> Vec<DVec3> {
+        let mut map = BurnMap::default();
+        map.lay_out(self);
+        (0..self.burn.len()).map(|i| map.interpolate(&self.triangles, at_motion_nodes, i)).collect()
+    }
+
+    /// Splits a burn node: a new last one takes this part of what is shared.
+    pub fn split_burn_node(&mut self, burn_node: usize, part: f64) {
+        self.burn.split(burn_node, part);
+    }
+
+    /// Whether the burn mesh is finer than the motion mesh.
+    #[inline]
+    pub fn has_fine_burn_mesh(&self) -> bool {
+        !self.burn_triangles.is_empty()
     }
 
     /// Box around the nodes at rest: lowest and highest corner [m].

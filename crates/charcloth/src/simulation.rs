@@ -1,6 +1,7 @@
 //! The step, and the run around it.
 
 use crate::build::{self, Built};
+use crate::burn_mesh::BurnMap;
 use crate::counters::{Stages, peak_memory_bytes};
 use crate::effects::conduction::conductances;
 use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
@@ -153,6 +154,7 @@ struct Flame {
 struct Scratch {
     normal: Vec<DVec3>,
     area: Vec<f64>,
+    map: BurnMap,
     heat_links: Links,
     conductance: Vec<ConductanceRow>,
     /// Sum of conductances at each burn node [W/K].
@@ -256,7 +258,12 @@ impl Simulation {
                 built.motion.len()
             )));
         }
-        if state.triangles.len() != built.triangles.len() || state.springs.len() != built.springs.len() {
+        let same = [
+            state.triangles.len() == built.triangles.len(),
+            state.springs.len() == built.springs.len(),
+            state.burn_triangles.len() == built.burn_triangles.len(),
+        ];
+        if same.contains(&false) {
             return Err(Error::Resume("the saved state has other triangles or springs than the scene".to_owned()));
         }
         simulation.built.state = state;
@@ -320,6 +327,7 @@ impl Simulation {
         for _ in 0..steps as u64 {
             self.step(frame_time / steps);
         }
+        self.burn_through();
         // Sums of steps drift in the last digits; the clock does not.
         let books = &mut self.built.state.books;
         books.frame[0] += 1;
@@ -375,6 +383,16 @@ impl Simulation {
         }
     }
 
+    /// Takes what has burnt through out of a finer burn mesh. Once a frame will do: only pictures tell a triangle without
+    /// fuel from none.
+    fn burn_through(&mut self) {
+        let state = &mut self.built.state;
+        if state.has_fine_burn_mesh() && homogenise::burn_through(state, self.scene.mechanics.residual_stiffness.0) {
+            tear::split(state);
+            self.topology += 1;
+        }
+    }
+
     /// Lays out what follows from the topology, if that has changed.
     fn lay_out(&mut self) {
         if self.laid_out == Some(self.topology) {
@@ -382,6 +400,7 @@ impl Simulation {
         }
         let Self { built: Built { state, .. }, scratch, scene, .. } = self;
         let edges = &state.burn_edges;
+        scratch.map.lay_out(state);
         scratch.heat_links = Links::build(state.burn.len(), &edges.ends, |e| edges.cut[e] != 0);
         self.laid_out = Some(self.topology);
         scratch.area.clear();
@@ -485,7 +504,8 @@ impl Simulation {
         let start = Instant::now();
         let mut factors = std::mem::take(&mut self.scratch.factors);
         let residual = self.scene.mechanics.residual_stiffness.0;
-        let burnt_through = homogenise::spring_factors(&mut self.built.state, residual, &mut factors);
+        homogenise::carry_mass(&mut self.built.state, &self.scratch.map);
+        let burnt_through = homogenise::factors(&mut self.built.state, residual, &mut factors);
         if burnt_through {
             self.topology += 1;
         }

@@ -4,19 +4,35 @@
 //! spring that has lost the triangles it hangs on is gone too. Where the triangles around a node no longer hang together,
 //! the node is split, one copy for each fan of triangles, and its mass, fuel and heat are shared by area. A node with no
 //! triangle left is ash: it keeps its mass and fuel in the books but moves no more. Connected pieces keep their number
-//! as long as they hold together; what comes off gets a new one.
+//! as long as they hold together; what comes off gets a new one. A finer burn mesh follows: its triangles go with those
+//! that carry them, or burn through by themselves, and its nodes are split in the same way.
 
+use crate::burn_mesh;
 use crate::sheet::{NONE, SheetState, SpringKind};
 
 /// Brings the surface up to date with its broken springs. Returns whether anything changed.
 pub fn split(state: &mut SheetState) -> bool {
-    let fresh = cut_triangles(state);
+    let mut fresh = cut_triangles(state);
+    let mut fine = false;
+    if state.has_fine_burn_mesh() {
+        let [with_parents, parents] = burn_mesh::cut_with_parents(state);
+        fresh |= parents;
+        fine = with_parents;
+    }
     let mut changed = drop_springs(state) || fresh;
     if fresh {
         split_nodes(state);
         // Springs over two edges of a grid hang on triangles that a split may have parted.
         drop_springs(state);
         number_pieces(state);
+    }
+    if state.has_fine_burn_mesh() {
+        // What has burnt through by itself shows in its edges, which lose their triangles.
+        fine |= burn_mesh::cut_edges(&mut state.burn_edges, &state.burn_triangles);
+        if fine || fresh {
+            split_burn_nodes(state);
+        }
+        return changed || fine;
     }
     // The springs of a chain have no triangles to cut.
     changed |= cut_burn_edges(state);
@@ -81,14 +97,12 @@ fn cut_burn_edges(state: &mut SheetState) -> bool {
     fresh
 }
 
-/// Triangles of the surface at each node: first of each in the list, and the list.
-fn triangles_at_nodes(state: &SheetState) -> (Vec<u32>, Vec<u32>) {
-    let triangles = &state.triangles;
-    let count = state.motion.len();
+/// Live triangles at each of so many nodes: first of each in the list, and the list.
+fn triangles_at_nodes(count: usize, corners: &[[u32; 3]], alive: &[u8]) -> (Vec<u32>, Vec<u32>) {
     let mut first = vec![0u32; count + 1];
-    for t in 0..triangles.len() {
-        if triangles.alive[t] != 0 {
-            triangles.corners[t].iter().for_each(|i| first[*i as usize + 1] += 1);
+    for t in 0..corners.len() {
+        if alive[t] != 0 {
+            corners[t].iter().for_each(|i| first[*i as usize + 1] += 1);
         }
     }
     for i in 0..count {
@@ -96,9 +110,9 @@ fn triangles_at_nodes(state: &SheetState) -> (Vec<u32>, Vec<u32>) {
     }
     let mut next = first.clone();
     let mut list = vec![0u32; first[count] as usize];
-    for t in 0..triangles.len() {
-        if triangles.alive[t] != 0 {
-            for i in triangles.corners[t] {
+    for t in 0..corners.len() {
+        if alive[t] != 0 {
+            for i in corners[t] {
                 list[next[i as usize] as usize] = t as u32;
                 next[i as usize] += 1;
             }
@@ -109,7 +123,7 @@ fn triangles_at_nodes(state: &SheetState) -> (Vec<u32>, Vec<u32>) {
 
 /// Splits every node whose triangles form more than one fan.
 fn split_nodes(state: &mut SheetState) {
-    let (first, list) = triangles_at_nodes(state);
+    let (first, list) = triangles_at_nodes(state.motion.len(), &state.triangles.corners, &state.triangles.alive);
     // Copies that were made: (node, fan's triangles, new node), to send the ends of springs to.
     let mut copies: Vec<(u32, Vec<u32>, u32)> = Vec::new();
     let mut touched = vec![false; state.motion.len()];
@@ -122,22 +136,21 @@ fn split_nodes(state: &mut SheetState) {
             }
             continue;
         }
-        let mut fans = fans(state, i as u32, around);
+        let fans = fans(&state.triangles.corners, &state.triangles.rest_area, i as u32, around);
         if fans.len() == 1 {
             continue;
         }
         touched[i] = true;
-        let area = |fan: &Vec<u32>| fan.iter().map(|t| state.triangles.rest_area[*t as usize]).sum::<f64>();
-        // The largest fan keeps the node; of equals, the one with the first triangle.
-        fans.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a[0].cmp(&b[0])));
-        let areas: Vec<f64> = fans.iter().map(area).collect();
-        let mut left: f64 = areas.iter().sum();
-        for (fan, area) in fans.into_iter().zip(areas).skip(1) {
+        let mut left: f64 = fans.iter().map(|(_, area)| area).sum();
+        for (fan, area) in fans.into_iter().skip(1) {
             let copy = state.motion.len() as u32;
-            let burn_node = state.map.burn_node(i);
+            let burn_node = state.burn_node(i);
             state.motion.split(i, area / left);
             state.before.split(i, area / left);
-            state.burn.split(burn_node, area / left);
+            if !state.has_fine_burn_mesh() {
+                state.motion.burn_node[copy as usize] = state.burn.len() as u32;
+                state.split_burn_node(burn_node, area / left);
+            }
             left -= area;
             for t in &fan {
                 for corner in &mut state.triangles.corners[*t as usize] {
@@ -152,14 +165,66 @@ fn split_nodes(state: &mut SheetState) {
     send_ends(state, &touched, &copies);
 }
 
-/// The triangles around a node, in groups that hang together by edges at the node.
-fn fans(state: &SheetState, node: u32, around: &[u32]) -> Vec<Vec<u32>> {
+/// Splits every node of a finer burn mesh whose triangles form more than one fan.
+fn split_burn_nodes(state: &mut SheetState) {
+    let fine = &state.burn_triangles;
+    let (first, list) = triangles_at_nodes(state.burn.len(), &fine.corners, &fine.alive);
+    let mut copies: Vec<(u32, u32)> = Vec::new();
+    for i in 0..first.len() - 1 {
+        let around = &list[first[i] as usize..first[i + 1] as usize];
+        if around.is_empty() {
+            continue;
+        }
+        let fans = fans(&state.burn_triangles.corners, &state.burn_triangles.rest_area, i as u32, around);
+        let mut left: f64 = fans.iter().map(|(_, area)| area).sum();
+        for (fan, area) in fans.into_iter().skip(1) {
+            let copy = state.burn.len() as u32;
+            state.split_burn_node(i, area / left);
+            left -= area;
+            for t in fan {
+                for corner in &mut state.burn_triangles.corners[t as usize] {
+                    if *corner == i as u32 {
+                        *corner = copy;
+                    }
+                }
+            }
+            copies.push((i as u32, copy));
+        }
+    }
+    let SheetState { motion, triangles, burn_triangles: fine, burn_edges: edges, .. } = state;
+    for e in 0..edges.len() {
+        let held = edges.triangles[e].into_iter().find(|t| *t != NONE && fine.alive[*t as usize] != 0);
+        let Some(t) = held else { continue };
+        let corners = fine.corners[t as usize];
+        for end in &mut edges.ends[e] {
+            if !corners.contains(end) {
+                // Copies are in the order of the nodes they were split from.
+                let of_node = copies.partition_point(|(node, _)| node < end);
+                let copy = copies[of_node..].iter().find(|(node, copy)| node == end && corners.contains(copy));
+                *end = copy.expect("the triangle went with one of the copies").1;
+            }
+        }
+    }
+    // The burn node at a motion node is the one that its triangles have there.
+    for t in (0..fine.len()).rev().filter(|t| fine.alive[*t] != 0) {
+        let at = triangles.corners[fine.parent[t] as usize];
+        for (corner, place) in fine.corners[t].iter().zip(fine.place[t]) {
+            let weights = [1.0 - place.x - place.y, place.x, place.y];
+            if let Some(vertex) = weights.iter().position(|weight| *weight == 1.0) {
+                motion.burn_node[at[vertex] as usize] = *corner;
+            }
+        }
+    }
+}
+
+/// The triangles around a node, in groups that hang together by edges at the node, with their areas [m2]: the largest
+/// first; of equals, the one with the first triangle.
+fn fans(corners: &[[u32; 3]], rest_area: &[f64], node: u32, around: &[u32]) -> Vec<(Vec<u32>, f64)> {
     let mut group: Vec<usize> = (0..around.len()).collect();
     for a in 0..around.len() {
         for b in 0..a {
-            let shared = state.triangles.corners[around[a] as usize]
-                .iter()
-                .any(|i| *i != node && state.triangles.corners[around[b] as usize].contains(i));
+            let shared =
+                corners[around[a] as usize].iter().any(|i| *i != node && corners[around[b] as usize].contains(i));
             if shared && group[a] != group[b] {
                 let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
                 group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
@@ -171,6 +236,15 @@ fn fans(state: &SheetState, node: u32, around: &[u32]) -> Vec<Vec<u32>> {
         fans[g].push(around[k]);
     }
     fans.retain(|fan| !fan.is_empty());
+    let area = |fan: &[u32]| fan.iter().map(|t| rest_area[*t as usize]).sum::<f64>();
+    let mut fans: Vec<(Vec<u32>, f64)> = fans
+        .into_iter()
+        .map(|fan| {
+            let area = area(&fan);
+            (fan, area)
+        })
+        .collect();
+    fans.sort_by(|(a, area_a), (b, area_b)| area_b.total_cmp(area_a).then(a[0].cmp(&b[0])));
     fans
 }
 

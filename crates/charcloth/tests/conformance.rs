@@ -73,7 +73,12 @@ impl Stage {
         let full = |count| vec![before; count];
         let mut rates = HeatRates { within: full(nodes), lost: full(nodes) };
         let mut forces = Forces { force: vec![DVec3::splat(before); nodes], drag: full(nodes) };
-        let mut factors = SpringFactors { stiffness: vec![0.7; springs], tension: full(springs), drag: full(springs) };
+        let mut factors = SpringFactors {
+            stiffness: vec![0.7; springs],
+            tension: full(springs),
+            drag: full(springs),
+            ..SpringFactors::default()
+        };
         let now = self.now();
         effect.add_heat(&now, &mut rates);
         effect.add_tension(&now, &mut factors);
@@ -244,8 +249,13 @@ fn for_each_integrator(
     for row in INTEGRATORS {
         let mut state = start.clone();
         let springs = state.springs.len();
-        let factors =
-            SpringFactors { stiffness: vec![1.0; springs], tension: vec![0.0; springs], drag: vec![0.0; springs] };
+        let factors = SpringFactors {
+            stiffness: vec![1.0; springs],
+            tension: vec![0.0; springs],
+            drag: vec![0.0; springs],
+            triangle: vec![1.0; state.triangles.len()],
+            ..SpringFactors::default()
+        };
         let forces = Forces { force: vec![forces; state.motion.len()], drag: vec![0.0; state.motion.len()] };
         let unit = VectorUnit::best();
         let step =

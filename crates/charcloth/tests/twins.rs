@@ -45,6 +45,7 @@ fn loads(state: &SheetState) -> (SpringFactors, Forces) {
         stiffness: (0..springs).map(|_| 0.5 + 0.5 * random.uniform()).collect(),
         tension: (0..springs).map(|_| 1e-4 * random.uniform()).collect(),
         drag: (0..springs).map(|_| 1e-5 * random.normal()).collect(),
+        ..SpringFactors::default()
     };
     let nodes = 0..state.motion.len();
     let forces = Forces {

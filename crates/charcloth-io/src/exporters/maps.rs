@@ -10,7 +10,7 @@ use super::sequence::Sequence;
 use crate::error::IoError;
 use crate::files::{Durability, write_whole};
 use charcloth::frame::Frame;
-use charcloth::sheet::{BurnMap, NONE, Triangles};
+use charcloth::sheet::{NONE, Triangles};
 use glam::{DVec2, DVec3};
 use png::{BitDepth, ColorType};
 use serde_json::json;
@@ -203,7 +203,7 @@ impl Coverage {
     /// Time at which a texel caught fire, -1 where it has not [s]. The nearest corner says whether it has.
     fn arrival(&self, frame: &Frame, y: usize, x: usize) -> f64 {
         let Some((_, nodes, weights)) = self.nodes(frame, y, x) else { return -1.0 };
-        let times = nodes.map(|i| frame.burn.ignited_at[BurnMap.burn_node(i)]);
+        let times = nodes.map(|i| frame.burn.ignited_at[i]);
         let nearest = (0..3).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
         if times[nearest] < 0.0 {
             return -1.0;

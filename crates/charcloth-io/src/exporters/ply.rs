@@ -10,7 +10,6 @@ use crate::error::IoError;
 use crate::files::{Durability, write_whole};
 use charcloth::fields::{Column, Data};
 use charcloth::frame::Frame;
-use charcloth::sheet::BurnMap;
 use std::io::Write;
 use std::path::Path;
 
@@ -77,7 +76,6 @@ pub(super) fn write(frame: &Frame, path: &Path) -> Result<(), IoError> {
 
 fn properties<'a>(frame: &'a Frame, surface: &'a Surface) -> Vec<Property<'a>> {
     let node = |v: usize| surface.vertices[v].0 as usize;
-    let burn_node = move |v: usize| BurnMap.burn_node(node(v));
     let mut all = Vec::new();
     for column in frame.motion.columns() {
         add_column(&mut all, &column, node);
@@ -87,7 +85,7 @@ fn properties<'a>(frame: &'a Frame, surface: &'a Surface) -> Vec<Property<'a>> {
         }
     }
     for column in frame.burn.columns() {
-        add_column(&mut all, &column, burn_node);
+        add_column(&mut all, &column, node);
     }
     all.push(Property {
         kind: "uint",

@@ -2,7 +2,6 @@
 
 use super::look::{darkness, display_color, linear};
 use charcloth::frame::Frame;
-use charcloth::sheet::BurnMap;
 
 /// A number that a node has in every frame.
 pub(super) struct Quantity {
@@ -29,30 +28,29 @@ pub(super) const QUANTITIES: &[Quantity] = &[
 
 /// Temperature of a node [K].
 pub(super) fn temperature(frame: &Frame, node: usize) -> f64 {
-    frame.burn.temperature[BurnMap.burn_node(node)]
+    frame.burn.temperature[node]
 }
 
 /// Fraction of the fuel of a node that is gone.
 pub(super) fn burnt(frame: &Frame, node: usize) -> f64 {
-    let i = BurnMap.burn_node(node);
-    let (left, initial) = (frame.burn.fuel[i], frame.burn.fuel_initial[i]);
+    let (left, initial) = (frame.burn.fuel[node], frame.burn.fuel_initial[node]);
     if initial > 0.0 { 1.0 - left / initial } else { 0.0 }
 }
 
 /// How dark a node is, 0 to 1.
 pub(super) fn char(frame: &Frame, node: usize) -> f64 {
-    darkness(frame.burn.peak_temperature[BurnMap.burn_node(node)], burnt(frame, node))
+    darkness(frame.burn.peak_temperature[node], burnt(frame, node))
 }
 
 /// Time since a node caught fire, -1 before [s].
 pub(super) fn age(frame: &Frame, node: usize) -> f64 {
-    let ignited_at = frame.burn.ignited_at[BurnMap.burn_node(node)];
+    let ignited_at = frame.burn.ignited_at[node];
     if ignited_at < 0.0 { -1.0 } else { frame.time - ignited_at }
 }
 
 /// Colour of a node, sRGB.
 pub(super) fn color(frame: &Frame, node: usize) -> [u8; 3] {
-    display_color(frame.burn.peak_temperature[BurnMap.burn_node(node)], burnt(frame, node))
+    display_color(frame.burn.peak_temperature[node], burnt(frame, node))
 }
 
 /// Colour of a node, linear.

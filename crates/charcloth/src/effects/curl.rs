@@ -37,13 +37,13 @@ pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
 
 impl Effect for Curl {
     fn add_forces(&self, now: &Now<'_>, forces: &mut Forces) {
-        let (burn, map) = (&now.state.burn, &now.state.map);
+        let burn = &now.state.burn;
         let gradient = self.gradient.then(|| gradient_sizes(now));
         for i in 0..forces.force.len() {
             let k5 = self.raw.unwrap_or(self.pressure * now.area[i]);
             let difference = match &gradient {
                 Some(gradient) => gradient[i] * self.gradient_length, // Eq. 8.2
-                None => burn.temperature[map.burn_node(i)] - self.ambient, // Eq. 8.1
+                None => burn.temperature[now.state.burn_node(i)] - self.ambient, // Eq. 8.1
             };
             forces.force[i] += now.normal[i] * (k5 * difference);
         }
@@ -60,7 +60,7 @@ fn gradient_sizes(now: &Now<'_>) -> Vec<f64> {
         }
         let corners = triangles.corners[t].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| motion.position[i]);
-        let [ta, tb, tc] = corners.map(|i| now.state.burn.temperature[now.state.map.burn_node(i)]);
+        let [ta, tb, tc] = corners.map(|i| now.state.burn.temperature[now.state.burn_node(i)]);
         let normal = (b - a).cross(c - a);
         let twice_area_squared = normal.length_squared().max(f64::MIN_POSITIVE);
         // Linear interpolation: grad T = sum T_k (n x opposite edge) / (2 A)^2

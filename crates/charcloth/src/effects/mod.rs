@@ -85,6 +85,10 @@ pub struct ForceDerivatives {
 pub struct SpringFactors {
     /// Stiffness over that of the unburnt spring; 0 for a broken one.
     pub stiffness: Vec<f64>,
+    /// Stiffness over that of the unburnt triangle.
+    pub triangle: Vec<f64>,
+    /// The same along each side of a triangle, opposite to its corners; empty where the burn mesh is no finer.
+    pub sides: Vec<[f64; 3]>,
     /// Tension that pulls the two ends together [N].
     pub tension: Vec<f64>,
     /// Force on both ends in the direction from the first to the second [N]; it conserves no momentum.

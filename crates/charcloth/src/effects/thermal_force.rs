@@ -33,13 +33,13 @@ pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
 
 impl Effect for ThermalForce {
     fn add_tension(&self, now: &Now<'_>, factors: &mut SpringFactors) {
-        let (springs, map) = (&now.state.springs, &now.state.map);
+        let springs = &now.state.springs;
         let temperature = &now.state.burn.temperature;
         for s in 0..springs.len() {
             if springs.kind[s] != SpringKind::Structural as u8 || springs.broken[s] != 0 {
                 continue;
             }
-            let [i, j] = springs.ends[s].map(|end| temperature[map.burn_node(end as usize)]);
+            let [i, j] = springs.ends[s].map(|end| temperature[now.state.burn_node(end as usize)]);
             let distance = springs.rest_length[s];
             let k4 = self.raw.unwrap_or(springs.stiffness[s] * distance * distance * self.contraction);
             if self.literal {

@@ -100,10 +100,10 @@ impl Integrator for Implicit {
             self.lay_out(state);
             self.topology = Some(step.topology);
         }
-        let Scene { shell: material, mechanics, thermal_force, fire, .. } = &self.scene;
+        let Scene { shell: material, thermal_force, fire, .. } = &self.scene;
         let contraction =
             if thermal_force.law == ThermalForceLaw::Pairwise { thermal_force.contraction.0 } else { 0.0 };
-        self.shell.update(state, material, mechanics.residual_stiffness.0, contraction, fire.ambient_temperature.0);
+        self.shell.update(state, material, &step.factors.triangle, contraction, fire.ambient_temperature.0);
         self.load(state, step);
         let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
         for _ in 0..substeps {

@@ -5,7 +5,6 @@
 pub mod bending;
 pub mod membrane;
 
-use crate::homogenise::stiffness_left;
 use crate::scene;
 use crate::sheet::{NONE, SheetState};
 use crate::solver::StepMatrix;
@@ -92,21 +91,22 @@ impl Shell {
         (shell, matrix)
     }
 
-    /// Takes over stiffness and rest shapes from the state. `contraction` is what heat takes off lengths [1/K], over
+    /// Takes over stiffness and rest shapes from the state: `left` is the part of its stiffness that burning has left of
+    /// each triangle. `contraction` is what heat takes off lengths [1/K], over
     /// `ambient` [K].
     pub fn update(
         &mut self,
         state: &SheetState,
         material: &scene::Shell,
-        residual: f64,
+        left: &[f64],
         contraction: f64,
         ambient: f64,
     ) {
         let whole = MembraneStiffness::of(material);
         let mut changed = false;
         for (k, corners) in self.corners.iter().enumerate() {
-            let nodes = corners.map(|i| state.map.burn_node(i as usize));
-            let left = stiffness_left(&state.burn, nodes, residual);
+            let nodes = corners.map(|i| state.burn_node(i as usize));
+            let left = left[self.triangles[k] as usize];
             self.stiffness[k] = whole.scaled(left);
             let temperature = nodes.iter().map(|i| state.burn.temperature[*i]).sum::<f64>() / 3.0;
             let scale = (1.0 - contraction * (temperature - ambient)).clamp(SHORTEST, 1.0 / SHORTEST);

@@ -93,8 +93,12 @@ fn shuffled_sheet(nodes: usize) -> (Scene, Inputs) {
 fn springs(state: &SheetState, scene: &Scene, unit: VectorUnit, parallel: bool) -> Rate {
     let mut state = state.clone();
     let (springs, nodes) = (state.springs.len(), state.motion.len());
-    let factors =
-        SpringFactors { stiffness: vec![1.0; springs], tension: vec![0.0; springs], drag: vec![0.0; springs] };
+    let factors = SpringFactors {
+        stiffness: vec![1.0; springs],
+        tension: vec![0.0; springs],
+        drag: vec![0.0; springs],
+        ..SpringFactors::default()
+    };
     let mut forces = Forces {
         force: vec![Default::default(); nodes],
         drag: (0..nodes).map(|i| scene.mechanics.damping.0 * state.mass(i)).collect(),
