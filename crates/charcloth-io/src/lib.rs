@@ -10,6 +10,7 @@ pub mod exporters;
 mod files;
 pub mod images;
 pub mod importers;
+pub mod material_file;
 pub mod scene_file;
 
 pub use error::IoError;

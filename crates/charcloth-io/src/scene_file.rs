@@ -6,9 +6,9 @@
 
 mod diagnostic;
 mod inputs;
-mod read;
+pub(crate) mod read;
 mod schema;
-mod tree;
+pub(crate) mod tree;
 mod validate;
 
 pub use diagnostic::{Diagnostic, SceneError};
@@ -16,7 +16,8 @@ pub use inputs::Loader;
 pub use schema::schema;
 pub use validate::{Finding, validate};
 
-use charcloth::scene::Scene;
+use charcloth::material::Material;
+use charcloth::scene::{CurlLaw, Model, Scene, ThermalForceLaw};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -213,6 +214,10 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
             path => Diagnostic { problem: format!("{path}: {}", diagnostic.problem), ..diagnostic },
         }
     })?;
+    if scene.model == Model::Physical {
+        let material = inputs::material(&scene, file, tree)?;
+        use_material(&mut scene, &material, |key| tree.get(key).is_some());
+    }
     if scene.name.is_empty() {
         let stem = Path::new(&file.name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         scene.name = stem.unwrap_or_else(|| "scene".to_owned());
@@ -226,6 +231,31 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
     }
     inputs::make_paths_absolute(&mut scene, tree, &file.folder);
     Ok(scene)
+}
+
+/// Takes over from a material what the scene does not say itself.
+fn use_material(scene: &mut Scene, material: &Material, is_said: impl Fn(&str) -> bool) {
+    let Material { sheet, mechanics, .. } = material;
+    let Scene { sheet: to, shell, mechanics: springs, curl, thermal_force, .. } = scene;
+    macro_rules! take {
+        ($($key:literal: $place:expr, $value:expr;)*) => {
+            $(if !is_said($key) { $place = $value; })*
+        };
+    }
+    take! {
+        "sheet.grammage": to.grammage, sheet.grammage.value;
+        "sheet.variation.noise": to.variation.noise, sheet.formation.value;
+        "sheet.variation.correlation_length": to.variation.correlation_length, sheet.formation_length.value;
+        "shell.thickness": shell.thickness, sheet.thickness.value;
+        "shell.modulus_along": shell.modulus_along, mechanics.modulus_machine.value;
+        "shell.modulus_across": shell.modulus_across, mechanics.modulus_cross.value;
+        "shell.shear_modulus": shell.shear_modulus, Some(mechanics.shear_modulus.value);
+        "shell.poisson": shell.poisson, mechanics.poisson.value;
+        "mechanics.integrator": springs.integrator, "implicit".to_owned();
+        // Heat neither pulls nor curls here: what burns does.
+        "curl.law": curl.law, CurlLaw::Off;
+        "thermal_force.law": thermal_force.law, ThermalForceLaw::Off;
+    }
 }
 
 impl File {

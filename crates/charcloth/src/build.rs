@@ -154,8 +154,18 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
-    let mut state =
-        SheetState { motion, before, burn, burn_edges, burn_triangles, springs, triangles, rest: rest_shapes, books };
+    let mut state = SheetState {
+        motion,
+        before,
+        burn,
+        burn_edges,
+        burn_triangles,
+        springs,
+        triangles,
+        rest: rest_shapes,
+        books,
+        ..SheetState::default()
+    };
     let mut map = BurnMap::default();
     map.lay_out(&state);
     let mut inert_mass = vec![0.0; node_count];

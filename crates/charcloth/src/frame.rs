@@ -2,7 +2,7 @@
 
 use crate::burn_mesh::BurnMap;
 use crate::error::Error;
-use crate::sheet::{BurnNodes, MotionNodes, SheetState, Triangles};
+use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, SheetState, Triangles};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -81,9 +81,13 @@ impl Frame {
 
 /// Area-weighted unit normals of the nodes; zero where a node has no triangle left.
 pub fn node_normals(position: &[DVec3], triangles: &Triangles) -> Vec<DVec3> {
+    normals(position, &triangles.corners, &triangles.alive)
+}
+
+fn normals(position: &[DVec3], corners: &[[u32; 3]], alive: &[u8]) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; position.len()];
-    for (t, corners) in triangles.corners.iter().enumerate() {
-        if triangles.alive[t] == 0 {
+    for (t, corners) in corners.iter().enumerate() {
+        if alive[t] == 0 {
             continue;
         }
         let [a, b, c] = corners.map(|i| position[i as usize]);
@@ -96,6 +100,11 @@ pub fn node_normals(position: &[DVec3], triangles: &Triangles) -> Vec<DVec3> {
         *normal = normal.normalize_or_zero();
     }
     normals
+}
+
+/// Area-weighted unit normals of the nodes of a finer burn mesh, as [`node_normals`].
+pub(crate) fn fine_normals(position: &[DVec3], triangles: &BurnTriangles) -> Vec<DVec3> {
+    normals(position, &triangles.corners, &triangles.alive)
 }
 
 /// One value of a time history.

@@ -9,6 +9,7 @@
 
 use crate::burn_mesh::BurnMap;
 use crate::effects::SpringFactors;
+use crate::physical::Physical;
 use crate::sheet::{BurnNodes, NONE, SheetState};
 
 /// Part of its stiffness under which a spring counts as broken.
@@ -22,21 +23,62 @@ pub fn stiffness_left<const N: usize>(burn: &BurnNodes, nodes: [usize; N], resid
     residual + (1.0 - residual) * (fuel / initial)
 }
 
+/// Part of its stiffness that burning has left of what lies between some burn nodes.
+#[inline]
+fn left<const N: usize>(state: &SheetState, nodes: [usize; N], residual: f64) -> f64 {
+    if state.has_faces() {
+        // Eq. 15.4: the chemistry says what each node has left.
+        nodes.iter().map(|i| state.burn.stiffness[*i]).sum::<f64>() / N as f64
+    } else {
+        stiffness_left(&state.burn, nodes, residual)
+    }
+}
+
 /// Gathers at each motion node the mass of what burns there.
 pub fn carry_mass(state: &mut SheetState, map: &BurnMap) {
-    map.gather(&state.motion.burn_node, &state.burn.fuel, &mut state.motion.carried_mass);
+    let mass = if state.has_faces() { &state.burn.mass } else { &state.burn.fuel };
+    map.gather(&state.motion.burn_node, mass, &mut state.motion.carried_mass);
+}
+
+/// Brings the columns of the burn nodes that pictures see up to date, in the 2004 model: what has burnt is char and ash
+/// in one.
+pub fn show(state: &mut SheetState) {
+    let BurnNodes { fuel, fuel_initial, mass, charred, ashed, stiffness, .. } = &mut state.burn;
+    for i in 0..fuel.len() {
+        let left = fuel[i] / fuel_initial[i];
+        mass[i] = fuel[i];
+        charred[i] = 1.0 - left;
+        ashed[i] = 1.0 - left;
+        stiffness[i] = left;
+    }
 }
 
 /// Cuts away what has burnt through on a finer burn mesh: triangles that have an edge with a thousandth of its fuel left.
 /// Returns whether any has.
 pub fn burn_through(state: &mut SheetState, residual_stiffness: f64) -> bool {
-    let SheetState { burn, burn_triangles: fine, .. } = state;
+    let faces = state.has_faces();
+    let SheetState { burn, burn_triangles: fine, triangles, motion, .. } = state;
     let mut fresh = false;
+    if faces && fine.is_empty() {
+        for t in (0..triangles.len()).filter(|t| triangles.alive[*t] != 0).collect::<Vec<_>>() {
+            if !Physical::holds(burn, triangles.corners[t].map(|i| motion.burn_node[i as usize] as usize)) {
+                triangles.alive[t] = 0;
+                fresh = true;
+            }
+        }
+    }
     for t in 0..fine.len() {
         if fine.alive[t] == 0 {
             continue;
         }
         let [a, b, c] = fine.corners[t].map(|i| i as usize);
+        if faces {
+            if !Physical::holds(burn, [a, b, c]) {
+                fine.alive[t] = 0;
+                fresh = true;
+            }
+            continue;
+        }
         let weakest = [[a, b], [b, c], [c, a]].map(|ends| stiffness_left(burn, ends, residual_stiffness));
         if weakest.into_iter().fold(f64::INFINITY, f64::min) < BROKEN_BELOW {
             fine.alive[t] = 0;
@@ -60,22 +102,20 @@ pub fn factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut Sp
     } else {
         factors.sides.clear();
         factors.triangle.clear();
-        let SheetState { triangles, motion, burn, .. } = &*state;
-        factors.triangle.extend(triangles.corners.iter().map(|corners| {
-            let nodes = corners.map(|i| motion.burn_node[i as usize] as usize);
-            stiffness_left(burn, nodes, residual_stiffness)
+        factors.triangle.extend(state.triangles.corners.iter().map(|corners| {
+            let nodes = corners.map(|i| state.burn_node(i as usize));
+            left(state, nodes, residual_stiffness)
         }));
     }
-    let SheetState { springs, burn, motion, triangles, .. } = state;
     let mut any_broken = false;
     for s in 0..count {
+        let SheetState { springs, triangles, .. } = &*state;
         if springs.broken[s] != 0 {
             factors.stiffness.push(0.0);
             continue;
         }
         let factor = if factors.sides.is_empty() {
-            let ends = springs.ends[s].map(|end| motion.burn_node[end as usize] as usize);
-            stiffness_left(burn, ends, residual_stiffness)
+            left(state, springs.ends[s].map(|end| state.burn_node(end as usize)), residual_stiffness)
         } else {
             let carriers = springs.carriers[s].into_iter().filter(|t| *t != NONE).map(|t| t as usize);
             let of_carrier = |t: usize| {
@@ -91,7 +131,7 @@ pub fn factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut Sp
             if number > 0.0 { sum / number } else { 0.0 }
         };
         if factor < BROKEN_BELOW {
-            springs.broken[s] = 1;
+            state.springs.broken[s] = 1;
             any_broken = true;
             factors.stiffness.push(0.0);
         } else {
@@ -104,7 +144,7 @@ pub fn factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut Sp
 /// Stiffness left of each motion triangle along each of its sides, by the burn triangles that it carries (Eq. 7.2); the
 /// least of the three for what knows no sides.
 fn of_fine_triangles(state: &SheetState, residual: f64, factors: &mut SpringFactors) {
-    let SheetState { burn, burn_triangles: fine, triangles, .. } = state;
+    let SheetState { burn_triangles: fine, triangles, .. } = state;
     factors.sides.clear();
     factors.sides.resize(triangles.len(), [0.0; 3]);
     factors.triangle.clear();
@@ -120,14 +160,14 @@ fn of_fine_triangles(state: &SheetState, residual: f64, factors: &mut SpringFact
         let mut rows = [[(0.0f64, 0.0f64); 1 << crate::burn_mesh::FINEST]; 3];
         for t in carried {
             let nodes = fine.corners[t].map(|i| i as usize);
-            let left = if fine.alive[t] != 0 { stiffness_left(burn, nodes, residual) } else { 0.0 };
+            let stiffness = if fine.alive[t] != 0 { left(state, nodes, residual) } else { 0.0 };
             let middle = (fine.place[t][0] + fine.place[t][1] + fine.place[t][2]).as_dvec2() / 3.0;
             let towards = [1.0 - middle.x - middle.y, middle.x, middle.y];
             for side in 0..3 {
                 let row = ((1.0 - towards[side]) * cuts) as usize;
                 let row = &mut rows[side][row.min(rows[side].len() - 1)];
                 // Less than a thousandth is none; a row with a gap has no stiffness to speak of.
-                row.0 += 1.0 / left.max(1e-6);
+                row.0 += 1.0 / stiffness.max(1e-6);
                 row.1 += 1.0;
             }
         }

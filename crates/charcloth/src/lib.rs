@@ -27,19 +27,24 @@ pub mod burn_mesh;
 pub mod fields;
 pub mod generate;
 pub mod layout;
+pub mod material;
 pub mod mesh;
 pub mod random;
 pub mod select;
 pub mod sheet;
 
+pub mod chemistry;
 pub mod contact;
 pub mod effects;
+pub mod gases;
 pub mod homogenise;
 pub mod integrators;
 pub mod kernels;
+pub mod physical;
 pub mod shell;
 pub mod simulation;
 pub mod solver;
+pub mod substances;
 pub mod tear;
 pub mod thermo;
 

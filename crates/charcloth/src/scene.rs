@@ -44,6 +44,8 @@ pub struct Scene {
     pub pin: Vec<Pin>,
     /// Where and when it is lit.
     pub ignite: Vec<Ignite>,
+    /// Radiant heaters of the physical model.
+    pub heater: Vec<Heater>,
     /// Frames and steps.
     pub time: TimeSettings,
     /// How the state differs from rest at the start.
@@ -74,6 +76,7 @@ impl Default for Scene {
             wind: Wind::default(),
             pin: Vec::new(),
             ignite: Vec::new(),
+            heater: Vec::new(),
             time: TimeSettings::default(),
             initial: Initial::default(),
             output: Output::default(),
@@ -98,6 +101,30 @@ choice! {
         /// The 2004 sketch, term by term (docs/physics.md).
         #[default]
         Moidu2004,
+        /// Measured materials, chemistry and a closure for the flame (docs/physics.md, sections 13 to 15).
+        Physical,
+    }
+}
+
+choice! {
+    /// A face of the sheet.
+    Face {
+        /// The one its normals point away from.
+        #[default]
+        Front,
+        /// The other.
+        Back,
+    }
+}
+
+choice! {
+    /// What lies against the back of the sheet.
+    Backing {
+        /// Nothing: air on both faces.
+        #[default]
+        None,
+        /// An insulating board: no heat and no gas goes through the back.
+        Insulated,
     }
 }
 
@@ -207,6 +234,11 @@ pub struct Sheet {
     pub segments: Option<u32>,
     /// How much finer the burn mesh is than the mesh that moves: each level halves the distance of nodes. 0 to 3.
     pub burn_level: u32,
+    /// Material of the physical model, one of `charcloth list materials` or a file; gives grammage, thickness, moduli and
+    /// formation where the scene does not.
+    pub material: String,
+    /// What lies against the back of the sheet, in the physical model.
+    pub backing: Backing,
     /// How a built-in sheet is placed.
     pub pose: Pose,
     /// Where the middle of the sheet (the origin of a mesh file) is put.
@@ -238,6 +270,8 @@ impl Default for Sheet {
             spacing: Length(0.003),
             segments: None,
             burn_level: 0,
+            material: "copy_paper_80".to_owned(),
+            backing: Backing::default(),
             pose: Pose::default(),
             position: [Length(0.0); 3],
             rotate: [Angle(0.0); 3],
@@ -314,6 +348,14 @@ choice! {
 pub struct Fire {
     /// Temperature of the room and of the sheet at the start.
     pub ambient_temperature: Temperature,
+    /// Gas around the sheet in the physical model, one of `charcloth list gases`.
+    pub gas: String,
+    /// Relative humidity of the room, in the physical model.
+    pub humidity: Ratio,
+    /// Mole fraction of oxygen in the room, in the physical model.
+    pub oxygen: Ratio,
+    /// Pressure of the room, in the physical model.
+    pub pressure: Pressure,
     /// Temperature above which fuel burns (T0).
     pub ignition_temperature: Temperature,
     /// Time in which sheet of the nominal grammage burns out.
@@ -342,6 +384,10 @@ impl Default for Fire {
     fn default() -> Self {
         Self {
             ambient_temperature: Temperature(293.15),
+            gas: "flame".to_owned(),
+            humidity: Ratio(0.5),
+            oxygen: Ratio(0.209),
+            pressure: Pressure(101_325.0),
             ignition_temperature: Temperature(623.15), // fast loss of mass of cotton, 330 to 350 degC [Fsri2022]
             burn_time: Time(1.5),                      // from V = 2.7 mm/s and a burning length of 4 mm, Eq. 4.1
             heat_of_combustion: SpecificEnergy(1.17e6), // gives a burnt rise of 900 K, Eq. 4.1
@@ -711,6 +757,27 @@ impl Default for Ignite {
             temperature: Temperature(1100.0), // tuned: a match heats paper well past ignition, 900 to 1300
         }
     }
+}
+
+/// A radiant heater: a flux that falls on part of one face.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Heater {
+    /// The face it shines on.
+    pub face: Face,
+    /// What falls on it.
+    pub flux: HeatFlux,
+    /// A point, with `radius`.
+    pub point: Option<Point>,
+    /// Reach of `point`.
+    pub radius: Length,
+    /// A box.
+    #[serde(rename = "box")]
+    pub region: Option<Region>,
+    /// When it begins.
+    pub start: Time,
+    /// How long it lasts.
+    pub length: Time,
 }
 
 /// Frames and steps.

@@ -3,7 +3,7 @@
 use crate::build::{Built, image, sample_image, sheet_extent};
 use crate::burn_mesh::BurnMap;
 use crate::error::Error;
-use crate::scene::{Corner, HalfSpace, Ignite, Pin, Point, Region, Side};
+use crate::scene::{Corner, HalfSpace, Heater, Ignite, Pin, Point, Region, Side};
 use crate::simulation::Inputs;
 use glam::DVec3;
 
@@ -154,6 +154,22 @@ pub fn pinned(built: &Built, pin: &Pin, row: usize) -> Result<Vec<u32>, Error> {
     }
     if let Some(group) = &pin.group {
         selection.group(group)?;
+    }
+    selection.finish()
+}
+
+/// Burn nodes that row `row` of `[[heater]]` shines on; all of them if it names no place.
+pub fn heated(built: &Built, heater: &Heater, row: usize) -> Result<Vec<u32>, Error> {
+    let key = format!("heater.{row}");
+    let mut selection = Selection::of_burn_nodes(built, &key);
+    if heater.region.is_none() && heater.point.is_none() {
+        selection.where_true(|_| true);
+    }
+    if let Some(region) = &heater.region {
+        selection.region(region);
+    }
+    if let Some(point) = &heater.point {
+        selection.near(vector(point), heater.radius.0);
     }
     selection.finish()
 }

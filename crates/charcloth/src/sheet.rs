@@ -86,6 +86,55 @@ fields! {
         ignited_at: f64, "s", Copy;
         /// Area of sheet the node stands for, at rest.
         area: f64, "m2", Share;
+        /// Mass of all that is there.
+        mass: f64, "kg", Share;
+        /// How far the sheet has turned to char, 0 to 1.
+        charred: f64, "1", Copy;
+        /// How far the char has gone, 0 to 1.
+        ashed: f64, "1", Copy;
+        /// Part of its stiffness that burning has left.
+        stiffness: f64, "1", Copy;
+        /// How far the flame on the node reaches; 0 without one.
+        flame: f64, "m", Copy;
+    }
+}
+
+fields! {
+    /// One face of what burns in the physical model, per node of the burn mesh: half of the sheet's thickness, and the
+    /// film of gas on it. Without rows in other models.
+    pub struct FaceNodes {
+        /// Temperature of the half-layer.
+        temperature: f64, "K", Copy;
+        /// Moisture.
+        water: f64, "kg", Share;
+        /// Fibre.
+        fibre: f64, "kg", Share;
+        /// Second fibre or coating.
+        polymer: f64, "kg", Share;
+        /// Char that still loses gas.
+        young_char: f64, "kg", Share;
+        /// Char that only oxygen takes.
+        char: f64, "kg", Share;
+        /// Mineral filler.
+        filler: f64, "kg", Share;
+        /// Ash.
+        ash: f64, "kg", Share;
+        /// Dry mass at the start.
+        dry_mass: f64, "kg", Share;
+        /// Fuel gas that the face gave off in the last step.
+        volatile_rate: f64, "kg/s", Share;
+        /// All gas that it gave off in the last step.
+        gas_rate: f64, "kg/s", Share;
+        /// Temperature of the film of gas on the face.
+        film_temperature: f64, "K", Copy;
+        /// Mass fraction of unburnt fuel gas in the film.
+        film_fuel: f64, "1", Copy;
+        /// Way that the film has come since the foot of the flame.
+        film_run: f64, "m", Copy;
+        /// Length of free edge at the node, as cut from the roll.
+        edge_length: f64, "m", Share;
+        /// Distance along the sheet to the nearest free edge; a large number where there is none near.
+        edge_distance: f64, "m", Copy;
     }
 }
 
@@ -196,6 +245,32 @@ fields! {
         heat_carried: f64, "J", Copy;
         /// Heat in the sheet at the start, over ambient.
         heat_initial: f64, "J", Copy;
+        /// Heat from gas and surroundings, less what the sheet radiates.
+        heat_from_gas: f64, "J", Copy;
+        /// Heat from radiant heaters.
+        heat_from_heaters: f64, "J", Copy;
+        /// Heat of drying; negative.
+        heat_of_drying: f64, "J", Copy;
+        /// Heat of reactions without oxygen; negative where they take heat up.
+        heat_of_pyrolysis: f64, "J", Copy;
+        /// Heat of reactions of the sheet with oxygen.
+        heat_of_oxidation: f64, "J", Copy;
+        /// Heat released in flames.
+        heat_of_flames: f64, "J", Copy;
+        /// Of the heat of flames, what did not go to the sheet.
+        heat_of_flames_lost: f64, "J", Copy;
+        /// Mass of the sheet at the start.
+        mass_initial: f64, "kg", Copy;
+        /// Fuel gas given off.
+        volatiles: f64, "kg", Copy;
+        /// Fuel gas that burnt in flames on the sheet.
+        volatiles_burnt: f64, "kg", Copy;
+        /// Water vapour of drying.
+        steam: f64, "kg", Copy;
+        /// Burnt gas made within the sheet.
+        oxides: f64, "kg", Copy;
+        /// Oxygen that the sheet took up.
+        oxygen_taken: f64, "kg", Copy;
         /// Largest strain of any structural or shear spring so far.
         strain_max: f64, "1", Copy;
         /// Number the next piece gets.
@@ -218,6 +293,10 @@ pub struct SheetState {
     pub burn_edges: BurnEdges,
     /// The surface that burns, where it is finer than the one that moves.
     pub burn_triangles: BurnTriangles,
+    /// The face that normals point away from, in the physical model.
+    pub front: FaceNodes,
+    /// The other face.
+    pub back: FaceNodes,
     /// Who pulls on whom.
     pub springs: Springs,
     /// The surface.
@@ -232,12 +311,14 @@ pub struct SheetState {
 
 impl SheetState {
     /// Every table with its name.
-    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 9] {
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 11] {
         [
             ("motion", self.motion.columns()),
             ("burn", self.burn.columns()),
             ("burn_edges", self.burn_edges.columns()),
             ("burn_triangles", self.burn_triangles.columns()),
+            ("front", self.front.columns()),
+            ("back", self.back.columns()),
             ("springs", self.springs.columns()),
             ("triangles", self.triangles.columns()),
             ("before", self.before.columns()),
@@ -253,6 +334,8 @@ impl SheetState {
         all.extend(self.burn.columns_mut().into_iter().map(|(n, d)| ("burn", n, d)));
         all.extend(self.burn_edges.columns_mut().into_iter().map(|(n, d)| ("burn_edges", n, d)));
         all.extend(self.burn_triangles.columns_mut().into_iter().map(|(n, d)| ("burn_triangles", n, d)));
+        all.extend(self.front.columns_mut().into_iter().map(|(n, d)| ("front", n, d)));
+        all.extend(self.back.columns_mut().into_iter().map(|(n, d)| ("back", n, d)));
         all.extend(self.springs.columns_mut().into_iter().map(|(n, d)| ("springs", n, d)));
         all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
         all.extend(self.before.columns_mut().into_iter().map(|(n, d)| ("before", n, d)));
@@ -303,6 +386,17 @@ impl SheetState {
     /// Splits a burn node: a new last one takes this part of what is shared.
     pub fn split_burn_node(&mut self, burn_node: usize, part: f64) {
         self.burn.split(burn_node, part);
+        for face in [&mut self.front, &mut self.back] {
+            if !face.is_empty() {
+                face.split(burn_node, part);
+            }
+        }
+    }
+
+    /// Whether the sheet has faces, as in the physical model.
+    #[inline]
+    pub fn has_faces(&self) -> bool {
+        !self.front.is_empty()
     }
 
     /// Whether the burn mesh is finer than the motion mesh.

@@ -6,17 +6,19 @@ use crate::counters::{Stages, peak_memory_bytes};
 use crate::effects::conduction::conductances;
 use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
 use crate::error::Error;
-use crate::frame::{Frame, Sample, Sink, node_normals};
+use crate::frame::{Frame, Sample, Sink, fine_normals, node_normals};
 use crate::homogenise;
 use crate::integrators::symplectic_euler::strains;
 use crate::integrators::{Advanced, INTEGRATORS, Integrator, Step};
 use crate::kernels::heat::ConductanceRow;
 use crate::kernels::{Links, VectorUnit};
 use crate::ledger;
+use crate::material::Material;
 use crate::measure::{self, Probes};
 use crate::mesh::SurfaceMesh;
+use crate::physical::Physical;
 use crate::registry;
-use crate::scene::Scene;
+use crate::scene::{Model, Scene};
 use crate::select;
 use crate::sheet::SheetState;
 use crate::tear;
@@ -46,6 +48,8 @@ pub struct Inputs {
     pub rest_mesh: Option<SurfaceMesh>,
     /// Pictures by the path the scene gives.
     pub images: BTreeMap<String, GreyImage>,
+    /// The material that `sheet.material` names, for the physical model.
+    pub material: Option<Material>,
 }
 
 /// What a run came to; `summary.json` is this, key for key.
@@ -141,6 +145,18 @@ impl Summary {
     ];
 }
 
+/// Builds the physical model of a scene.
+fn physical(scene: &Scene, inputs: &Inputs, built: &mut Built, flames: &[Flame]) -> Result<Physical, Error> {
+    let name = &scene.sheet.material;
+    let material = inputs.material.as_ref().ok_or_else(|| {
+        Error::scene("sheet.material", format!("{name} was not read"), "hand it over in Inputs::material")
+    })?;
+    let heaters = scene.heater.iter().enumerate().map(|(row, heater)| select::heated(built, heater, row));
+    let heaters = heaters.collect::<Result<_, Error>>()?;
+    let pilots = flames.iter().map(|flame| flame.nodes.clone()).collect();
+    Physical::build(scene, material, built, pilots, heaters)
+}
+
 /// A flame held to some nodes for a while.
 struct Flame {
     nodes: Vec<u32>,
@@ -155,6 +171,9 @@ struct Scratch {
     normal: Vec<DVec3>,
     area: Vec<f64>,
     map: BurnMap,
+    /// Places and normals of the nodes of a finer burn mesh.
+    burn_position: Vec<DVec3>,
+    burn_normal: Vec<DVec3>,
     heat_links: Links,
     conductance: Vec<ConductanceRow>,
     /// Sum of conductances at each burn node [W/K].
@@ -173,6 +192,8 @@ pub struct Simulation {
     effects: Vec<Box<dyn Effect>>,
     integrator: Box<dyn Integrator>,
     burning: Burning,
+    /// The physical model, where the scene asks for it; it takes the place of `burning`.
+    physical: Option<Physical>,
     flames: Vec<Flame>,
     measures: Probes,
     scratch: Scratch,
@@ -212,7 +233,14 @@ impl Simulation {
         }
         measure::set_initial(scene, &mut built)?;
         let burning = Burning::of(scene);
-        built.state.books.heat_initial[0] = burning.heat_content(&built.state.burn);
+        let physical = match scene.model {
+            Model::Moidu2004 => None,
+            Model::Physical => Some(physical(scene, inputs, &mut built, &flames)?),
+        };
+        let state = &mut built.state;
+        let heat =
+            physical.as_ref().map_or_else(|| burning.heat_content(&state.burn), |model| model.heat_content(state));
+        state.books.heat_initial[0] = heat;
         built.state.books.momentum_initial[0] = measure::momentum(&built.state);
         let integrator = registry::find(INTEGRATORS, &scene.mechanics.integrator, "mechanics.integrator")?;
         if integrator.name == "implicit" && scene.mechanics.moves && built.state.triangles.is_empty() {
@@ -230,6 +258,7 @@ impl Simulation {
             scene: scene.clone(),
             built,
             burning,
+            physical,
             flames,
             scratch: Scratch::default(),
             topology: 0,
@@ -340,17 +369,10 @@ impl Simulation {
     /// One step of heat, fuel and motion.
     fn step(&mut self, dt: f64) {
         self.lay_out();
-        let (parallel, unit) = (self.parallel, self.unit);
-        // 1. Heat and fuel of the sheet, in as many parts as heat needs to bring no new extremes.
-        let heat_steps = (dt / self.longest_heat_step() - 1e-9).ceil().max(1.0);
-        let heat_dt = dt / heat_steps;
-        for part in 0..heat_steps as u64 {
-            let time = self.time() + part as f64 * heat_dt;
-            let moment = Moment { time, dt: heat_dt, unit, parallel };
-            self.hold_flames(time);
-            self.add_heat();
-            let Self { built: Built { state, .. }, burning, scratch, stages, .. } = self;
-            stages.time("burn", || burning.advance(state, &scratch.rates, moment));
+        // 1. Heat, fuel and gas, in as many parts as they need.
+        match self.scene.model {
+            Model::Moidu2004 => self.burn(dt),
+            Model::Physical => self.burn_physically(dt),
         }
         if self.scene.mechanics.moves {
             // 2. Burnt sheet is weaker, and hot sheet pulls together.
@@ -360,6 +382,7 @@ impl Simulation {
             // 4. Motion, in substeps: springs need far shorter steps than heat.
             let Self { built: Built { state, .. }, integrator, scratch, stages, scene, topology, .. } = self;
             let Scratch { factors, forces, .. } = scratch;
+            let (unit, parallel) = (self.unit, self.parallel);
             let step = Step { factors, forces, dt, substeps: scene.time.substeps, topology: *topology, unit, parallel };
             self.last = stages.time("motion", || integrator.advance(state, &step));
             for (sum, new) in self.iterations.iter_mut().zip(self.last.iterations) {
@@ -383,11 +406,59 @@ impl Simulation {
         }
     }
 
-    /// Takes what has burnt through out of a finer burn mesh. Once a frame will do: only pictures tell a triangle without
-    /// fuel from none.
+    /// Heat and fuel of the 2004 model, in as many parts as heat needs to bring no new extremes.
+    fn burn(&mut self, dt: f64) {
+        let (parallel, unit) = (self.parallel, self.unit);
+        let heat_steps = (dt / self.longest_heat_step() - 1e-9).ceil().max(1.0);
+        let heat_dt = dt / heat_steps;
+        for part in 0..heat_steps as u64 {
+            let time = self.time() + part as f64 * heat_dt;
+            let moment = Moment { time, dt: heat_dt, unit, parallel };
+            self.hold_flames(time);
+            self.add_heat();
+            let Self { built: Built { state, .. }, burning, scratch, stages, .. } = self;
+            stages.time("burn", || burning.advance(state, &scratch.rates, moment));
+        }
+    }
+
+    /// Heat, chemistry and gas of the physical model, in parts that each can hold.
+    fn burn_physically(&mut self, dt: f64) {
+        let Self { built: Built { state, .. }, physical, scratch, stages, scene, .. } = self;
+        let Some(physical) = physical else { return };
+        let Scratch { map, normal, burn_position, burn_normal, .. } = scratch;
+        if state.has_fine_burn_mesh() && (scene.mechanics.moves || burn_position.len() != state.burn.len()) {
+            stages.time("place", || {
+                burn_position.clear();
+                let places = |i| map.position(&state.triangles, &state.motion.position, normal, i);
+                burn_position.extend((0..state.burn.len()).map(places));
+                *burn_normal = fine_normals(burn_position, &state.burn_triangles);
+            });
+        }
+        let parts = (dt / physical.longest_step() - 1e-9).ceil().max(1.0);
+        let start = state.books.time[0];
+        stages.time("burn", || {
+            for part in 0..parts as u64 {
+                let moment = start + part as f64 * (dt / parts);
+                if state.has_fine_burn_mesh() {
+                    physical.advance(state, burn_position, burn_normal, moment, dt / parts);
+                } else {
+                    let position = std::mem::take(&mut state.motion.position);
+                    physical.advance(state, &position, normal, moment, dt / parts);
+                    state.motion.position = position;
+                }
+            }
+        });
+    }
+
+    /// Brings what pictures and mechanics see of burning up to date, and takes what has burnt through out of a finer burn
+    /// mesh. Once a frame will do: only pictures tell a triangle without fuel from none.
     fn burn_through(&mut self) {
         let state = &mut self.built.state;
-        if state.has_fine_burn_mesh() && homogenise::burn_through(state, self.scene.mechanics.residual_stiffness.0) {
+        match &self.physical {
+            Some(physical) => physical.show(state),
+            None => homogenise::show(state),
+        }
+        if homogenise::burn_through(state, self.scene.mechanics.residual_stiffness.0) {
             tear::split(state);
             self.topology += 1;
         }
@@ -415,8 +486,12 @@ impl Simulation {
         let distance = scene.fire.distance;
         conductances(state, &scratch.heat_links, distance, &mut scratch.conductance);
         self.sum_conductances();
-        let state = &self.built.state;
-        self.scratch.normal = node_normals(&state.motion.position, &state.triangles);
+        let Self { built: Built { state, .. }, physical, scratch, .. } = self;
+        scratch.normal = node_normals(&state.motion.position, &state.triangles);
+        scratch.burn_position.clear();
+        if let Some(physical) = physical {
+            physical.lay_out(state);
+        }
     }
 
     /// Conductance that leads to each node, for the length of heat steps.
@@ -619,7 +694,10 @@ impl Simulation {
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: self.scene.name.clone(),
-            model: "moidu2004".to_owned(),
+            model: match self.scene.model {
+                Model::Moidu2004 => "moidu2004".to_owned(),
+                Model::Physical => "physical".to_owned(),
+            },
             seed: self.scene.seed,
             frames: self.frame_number(),
             nodes: state.motion.len(),
@@ -635,8 +713,11 @@ impl Simulation {
             fuel_initial_kg: state.burn.fuel_initial.iter().sum(),
             fuel_burnt_kg: state.books.fuel_burnt[0],
             heat_released_J: state.books.heat_released[0],
-            energy_error: ledger::energy_error(state, &self.burning),
-            mass_error: ledger::mass_error(state),
+            energy_error: match &self.physical {
+                Some(physical) => Some(physical.energy_error(state)),
+                None => ledger::energy_error(state, &self.burning),
+            },
+            mass_error: self.physical.as_ref().map_or_else(|| ledger::mass_error(state), |it| it.mass_error(state)),
             burnt_area_fraction: measure::burnt_area_fraction(state),
             springs_broken: state.springs.broken.iter().filter(|b| **b != 0).count(),
             pieces: tear::pieces(state),

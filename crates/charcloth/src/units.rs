@@ -39,6 +39,7 @@ fn named_unit(name: &str) -> Option<Unit> {
         "deg" | "°" => plain(std::f64::consts::PI / 180.0, NONE),
         "rad" | "1" => plain(1.0, NONE),
         "%" => plain(0.01, NONE),
+        "mol" => plain(1.0, NONE), // an amount counts as a number: nothing here mixes the two
         _ => None,
     }
 }
@@ -315,6 +316,18 @@ quantities! {
     ConductanceLength = "a power times a length per kelvin", "W m/K", [3, 1, -3, -1], "1e-6 W m/K";
     /// Mass per time [kg/s]: the raw k1.
     MassRate = "a mass per time", "kg/s", [0, 1, -1, 0], "1e-7 kg/s";
+    /// Pressure [Pa].
+    Pressure = "a pressure", "Pa", [-1, 1, -2, 0], "101.3 kPa";
+    /// Heat per area and time [W/m2].
+    HeatFlux = "a heat flux", "W/m2", [0, 1, -3, 0], "25 kW/m2";
+    /// Energy per amount of substance [J/mol].
+    MolarEnergy = "an energy per mole", "J/mol", [2, 1, -2, 0], "195 kJ/mol";
+    /// Thermal conductivity [W/(m K)].
+    Conductivity = "a thermal conductivity", "W/(m K)", [1, 1, -3, -1], "0.07 W/(m K)";
+    /// Bending stiffness per width [N m].
+    BendingStiffness = "a bending stiffness per width", "N m", [2, 1, -2, 0], "0.4 mN m";
+    /// Rise of specific heat with temperature [J/(kg K2)].
+    SpecificHeatSlope = "a heat capacity per mass and kelvin", "J/(kg K2)", [2, 0, -2, -2], "2 J/(kg K2)";
     /// Raw k3 [K/(J kg)].
     HeatingCoefficient = "kelvin per joule and kilogram", "K/(J kg)", [-2, -2, 2, 1], "1e9 K/(J kg)";
 }

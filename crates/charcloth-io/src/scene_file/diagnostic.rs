@@ -27,7 +27,7 @@ impl Diagnostic {
     }
 
     /// About a place in a file or an override.
-    pub(super) fn at(
+    pub(crate) fn at(
         source: &str,
         text: &str,
         overrides: &[String],

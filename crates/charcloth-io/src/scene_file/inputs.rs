@@ -2,11 +2,13 @@
 
 use super::diagnostic::{Diagnostic, SceneError};
 use super::tree::{Node, Place};
-use super::{Case, Origin};
+use super::{Case, File, Origin};
 use crate::importers::{UNITS, likely_unit};
+use crate::material_file::{self, MATERIALS};
+use charcloth::material::Material;
 use charcloth::mesh::SurfaceMesh;
 use charcloth::registry::nearest;
-use charcloth::scene::{LengthUnit, Scene};
+use charcloth::scene::{LengthUnit, Model, Scene};
 use charcloth::sheet::bounds;
 use charcloth::simulation::{GreyImage, Inputs};
 use std::io;
@@ -62,8 +64,30 @@ impl Case {
                 inputs.images.insert(path.to_owned(), loader.image(Path::new(path)).map_err(failed)?);
             }
         }
+        if scene.model == Model::Physical {
+            inputs.material = Some(material(scene, file, tree)?);
+        }
         Ok((inputs, warnings))
     }
+}
+
+/// The material that a scene names: a built-in one, or a file beside the scene.
+pub(super) fn material(scene: &Scene, file: &File, tree: &Node) -> Result<Material, SceneError> {
+    let name = &scene.sheet.material;
+    let beside = file.folder.join(name);
+    let name = if beside.is_file() { beside.to_string_lossy().into_owned() } else { name.clone() };
+    material_file::open(&name).map_err(|mut error| {
+        // Mistakes within a material are shown there; that there is none, here.
+        if !MATERIALS.iter().any(|row| row.name == name)
+            && !Path::new(&name).is_file()
+            && let Some(diagnostic) = error.diagnostics.first_mut()
+        {
+            let Diagnostic { problem, hint, .. } = diagnostic.clone();
+            *diagnostic =
+                Diagnostic { hint, ..file.point_at_key(tree, "sheet.material", format!("{name}: {problem}")) };
+        }
+        error
+    })
 }
 
 /// Every picture a scene names, with its key.

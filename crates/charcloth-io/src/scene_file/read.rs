@@ -7,7 +7,7 @@ use std::fmt;
 
 /// Why a tree is no scene. Becomes a diagnostic.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Mistake {
+pub(crate) struct Mistake {
     /// Where, once the place is known.
     pub place: Option<Place>,
     /// Dotted key of the place.

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 /// Where a key or value was written.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Place {
+pub(crate) enum Place {
     /// Bytes of the file.
     File(Range<usize>),
     /// The override of this number.
@@ -20,7 +20,7 @@ pub(super) enum Place {
 
 /// A value, with its places.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Node {
+pub(crate) struct Node {
     /// Where its key was written; for a row of an array, where the row was.
     pub key_place: Place,
     /// Where the value was written.
@@ -31,7 +31,7 @@ pub(super) struct Node {
 
 /// What a value is.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Data {
+pub(crate) enum Data {
     Text(String),
     Integer(i64),
     Number(f64),
@@ -43,7 +43,7 @@ pub(super) enum Data {
 
 impl Node {
     /// Parses a file.
-    pub(super) fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+    pub(crate) fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
         let table = DeTable::parse(text).map_err(|error| {
             let place = error.span().map_or(Place::Nowhere, Place::File);
             let span = error.span().unwrap_or(0..0);
@@ -54,7 +54,7 @@ impl Node {
     }
 
     /// Parses the value of an override: TOML, or a bare string where that is no TOML.
-    pub(super) fn parse_override(number: usize, text: &str) -> Result<Self, String> {
+    pub(crate) fn parse_override(number: usize, text: &str) -> Result<Self, String> {
         let document = format!("value = {text}");
         let node = match DeTable::parse(&document) {
             Ok(table) => {
@@ -78,7 +78,7 @@ impl Node {
     }
 
     /// A value made by the program, such as a default.
-    pub(super) fn of_value(value: &toml::Value) -> Self {
+    pub(crate) fn of_value(value: &toml::Value) -> Self {
         let data = match value {
             toml::Value::String(text) => Data::Text(text.clone()),
             toml::Value::Integer(number) => Data::Integer(*number),
@@ -94,7 +94,7 @@ impl Node {
     }
 
     /// Says that all of it was written in one place.
-    pub(super) fn move_to(&mut self, place: &Place) {
+    pub(crate) fn move_to(&mut self, place: &Place) {
         self.key_place = place.clone();
         self.place = place.clone();
         match &mut self.data {
@@ -105,7 +105,7 @@ impl Node {
     }
 
     /// The value of a key.
-    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+    pub(crate) fn get(&self, key: &str) -> Option<&Node> {
         match &self.data {
             Data::Table(entries) => entries.iter().find(|(name, _)| name == key).map(|(_, node)| node),
             Data::Rows(rows) => rows.get(key.parse::<usize>().ok()?),
@@ -114,14 +114,14 @@ impl Node {
     }
 
     /// Takes a key out of a table.
-    pub(super) fn take(&mut self, key: &str) -> Option<Node> {
+    pub(crate) fn take(&mut self, key: &str) -> Option<Node> {
         let Data::Table(entries) = &mut self.data else { return None };
         let position = entries.iter().position(|(name, _)| name == key)?;
         Some(entries.remove(position).1)
     }
 
     /// Adds rows to the array of a key, which is made if need be.
-    pub(super) fn append(&mut self, key: &str, rows: Vec<Node>) {
+    pub(crate) fn append(&mut self, key: &str, rows: Vec<Node>) {
         let Data::Table(entries) = &mut self.data else { return };
         let Some((_, node)) = entries.iter_mut().find(|(name, _)| name == key) else {
             let place = rows.first().map_or(Place::Nowhere, |row| row.place.clone());
@@ -134,7 +134,7 @@ impl Node {
     }
 
     /// The deepest node there is on the way to a dotted key, and whether it is the key itself.
-    pub(super) fn nearest_to(&self, key: &str) -> (&Node, bool) {
+    pub(crate) fn nearest_to(&self, key: &str) -> (&Node, bool) {
         let mut node = self;
         for part in key.split('.') {
             match node.get(part) {
@@ -147,7 +147,7 @@ impl Node {
 
     /// Puts a value at a dotted key; numbers index arrays, and the number one past the end appends a row. Tables are
     /// merged. `defaults` is what a table or array is before anything is put into it.
-    pub(super) fn set(&mut self, key: &str, value: Node, defaults: Option<&Node>) -> Result<(), String> {
+    pub(crate) fn set(&mut self, key: &str, value: Node, defaults: Option<&Node>) -> Result<(), String> {
         let parts: Vec<&str> = key.split('.').map(str::trim).collect();
         if parts.iter().any(|part| part.is_empty()) {
             return Err(format!("`{key}` is not a dotted key such as `sheet.spacing`"));

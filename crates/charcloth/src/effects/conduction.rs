@@ -7,13 +7,16 @@
 use super::{Effect, HeatRates, Now};
 use crate::kernels::Links;
 use crate::kernels::heat::{ConductanceRow, conduct};
-use crate::scene::{ConductionDistance, Scene};
+use crate::scene::{ConductionDistance, Model, Scene};
 use crate::sheet::SheetState;
 
 struct Conduction;
 
 /// Conduction is always on; a diffusivity of 0 makes it nothing.
-pub fn build(_: &Scene) -> Option<Box<dyn Effect>> {
+pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
+    if scene.model == Model::Physical {
+        return None;
+    }
     Some(Box::new(Conduction))
 }
 

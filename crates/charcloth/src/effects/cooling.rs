@@ -5,7 +5,7 @@
 //! matters; lambda dt under 1. Cost: one pass over the nodes.
 
 use super::{Effect, HeatRates, Now};
-use crate::scene::{HeatCapacityLaw, Scene};
+use crate::scene::{HeatCapacityLaw, Model, Scene};
 
 struct Cooling {
     /// lambda [1/s].
@@ -18,6 +18,9 @@ struct Cooling {
 
 /// Cooling with the scene's rate; none at a rate of 0.
 pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
+    if scene.model == Model::Physical {
+        return None;
+    }
     let (rate, ambient) = (scene.fire.cooling_rate.0, scene.fire.ambient_temperature.0);
     let least_capacity = match scene.fire.heat_capacity_law {
         HeatCapacityLaw::Inverse => scene.fire.ash_capacity.0.min(1.0),

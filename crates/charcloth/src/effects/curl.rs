@@ -6,7 +6,7 @@
 //! the nodes, and over the triangles for the gradient.
 
 use super::{Effect, Forces, Now};
-use crate::scene::{CurlLaw, Scene};
+use crate::scene::{CurlLaw, Model, Scene};
 
 struct Curl {
     gradient: bool,
@@ -22,6 +22,9 @@ struct Curl {
 
 /// The scene's curl; none with `law = "off"`.
 pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
+    if scene.model == Model::Physical {
+        return None;
+    }
     let curl = &scene.curl;
     if curl.law == CurlLaw::Off || !scene.mechanics.moves {
         return None;

@@ -5,7 +5,7 @@
 //! pairwise form is ours, because the literal one conserves no momentum. Cost: one pass over the structural springs.
 
 use super::{Effect, Now, SpringFactors};
-use crate::scene::{Scene, ThermalForceLaw};
+use crate::scene::{Model, Scene, ThermalForceLaw};
 use crate::sheet::SpringKind;
 
 struct ThermalForce {
@@ -20,6 +20,9 @@ struct ThermalForce {
 
 /// The scene's thermal force; none with `law = "off"`.
 pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
+    if scene.model == Model::Physical {
+        return None;
+    }
     if scene.thermal_force.law == ThermalForceLaw::Off || !scene.mechanics.moves {
         return None;
     }

@@ -1,0 +1,163 @@
+//! What the gas is like: transport properties of hot air, temperature of a flame, speed of its reactions.
+//!
+//! Model: Eq. 14.1 to 14.5. Source: each number has its own. Valid when: the gas is mostly nitrogen, oxygen and their
+//! products, 0.1 to 1 atm, flames of 1400 to 3100 K. Cost: once a step.
+
+use super::Surroundings;
+
+/// Stefan and Boltzmann's constant [W/(m2 K4)] [Bipm2019].
+pub const STEFAN_BOLTZMANN: f64 = 5.670_374e-8;
+/// Standard atmosphere [Pa] [Bipm2019].
+pub const ATMOSPHERE: f64 = 101_325.0;
+/// Heat released per mass of oxygen [J/kg], within 5 % for all common fuels [Huggett1980].
+pub const HEAT_PER_OXYGEN: f64 = 13.1e6;
+
+/// Conductivity of air at 300 K [W/(m K)], and the power of temperature by which it grows: 0.0263 at 300 K, 0.0763 at
+/// 1200 K [Incropera2007].
+const CONDUCTIVITY_300: f64 = 0.0263;
+const CONDUCTIVITY_POWER: f64 = 0.768;
+/// Heat capacity of air at 1200 K [J/(kg K)] [Incropera2007].
+const HEAT_CAPACITY: f64 = 1175.0;
+/// Gas constant of air [J/(kg K)].
+const GAS_CONSTANT: f64 = 287.05;
+/// Prandtl number of air, near 0.7 from 300 to 1500 K [Incropera2007].
+pub const PRANDTL: f64 = 0.71;
+
+/// Mean heat capacity of burnt gas from 300 K to 2250 K [J/(kg K)], and its growth by dissociation.
+/// Chosen so that cellulose burns at 2250 K in air and at 3050 K in oxygen, as chemical equilibrium has it within 50 K.
+const BURNT_CAPACITY: f64 = 1120.0;
+const DISSOCIATION: f64 = 180.0;
+const DISSOCIATION_RISE: f64 = 1950.0;
+
+/// Temperature at which volatiles leave the sheet, for the heat they bring [K]; the flame is hardly sensitive to it.
+const VOLATILE_TEMPERATURE: f64 = 700.0;
+
+/// Activation temperature of the gas reaction [K]: 33 kcal/mol over the gas constant, in the range of 30 to 40 that
+/// one-step models of hydrocarbon and polymer flames use [Westbrook1981].
+const ACTIVATION_TEMPERATURE: f64 = 16_600.0;
+/// Temperature at which diffusion flames go out [K]: near 1300 degC, 1500 to 1650 K over many fuels [Quintiere2004].
+const CRITICAL_TEMPERATURE: f64 = 1573.0;
+/// Reaction over diffusion at the turning point of the upper branch: x/(1 - x) with x (1 - x) = T^2/(T_a (T - T_wall)),
+/// 1/6 in a flame that goes out [Linan1974].
+const CRITICAL_DAMKOHLER: f64 = 3.7;
+
+/// The gas of a scene as the closure needs it; follows from the surroundings and the fuel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GasProperties {
+    /// Of the room [K].
+    pub ambient: f64,
+    /// Oxygen, mass over mass of the surrounding gas.
+    pub oxygen_mass_fraction: f64,
+    /// Density of the surrounding gas [kg/m3].
+    pub ambient_density: f64,
+    /// Conductivity at the mean of flame and room [W/(m K)].
+    pub conductivity: f64,
+    /// Heat capacity there [J/(kg K)].
+    pub heat_capacity: f64,
+    /// Density there [kg/m3].
+    pub density: f64,
+    /// Diffusivity of heat there [m2/s]; of mass too, at a Lewis number of 1.
+    pub diffusivity: f64,
+    /// Mass of oxygen that a mass of volatiles takes.
+    pub oxygen_demand: f64,
+    /// Mixture fraction at which volatiles and oxygen are matched.
+    pub stoichiometric: f64,
+    /// How many times nearer the flame stands to the air than to the sheet.
+    pub leverage: f64,
+    /// Temperature of the flame if it lost nothing [K].
+    pub adiabatic: f64,
+    /// Temperature of a flame that heats a pyrolysing sheet and loses nothing else [K].
+    pub flame: f64,
+    /// Speed scale of buoyancy at the foot of a flame in full gravity [m/s].
+    pub buoyant_speed: f64,
+    /// Reaction over diffusion at the critical temperature, for a film as thick as in air at 1 g, over thickness squared
+    /// [1/m2].
+    damkohler: f64,
+}
+
+/// Conductivity of air [W/(m K)].
+pub fn conductivity(temperature: f64) -> f64 {
+    CONDUCTIVITY_300 * (temperature / 300.0).powf(CONDUCTIVITY_POWER)
+}
+
+/// Temperature that stoichiometric gas reaches [K], from the heat of its oxygen (Eq. 14.2).
+fn adiabatic_temperature(oxygen: f64, stoichiometric: f64, ambient: f64) -> f64 {
+    // Heat per mass of the mixture: its oxygen is what it has of the surrounding gas.
+    let heat = (1.0 - stoichiometric) * oxygen * HEAT_PER_OXYGEN;
+    let unburnt = ambient + stoichiometric * (VOLATILE_TEMPERATURE - ambient).max(0.0);
+    // Newton on rise (c + d (rise/r)^6) = heat: convex and monotonic, so it converges from above.
+    let mut rise = heat / BURNT_CAPACITY;
+    for _ in 0..30 {
+        let power = (rise / DISSOCIATION_RISE).powi(6);
+        let excess = rise * (BURNT_CAPACITY + DISSOCIATION * power) - heat;
+        rise -= excess / (BURNT_CAPACITY + 7.0 * DISSOCIATION * power);
+    }
+    unburnt + rise
+}
+
+/// Mass fraction of oxygen in a mixture with nitrogen.
+pub fn oxygen_mass_fraction(mole_fraction: f64) -> f64 {
+    let x = mole_fraction.clamp(0.0, 1.0);
+    31.998 * x / (31.998 * x + 28.16 * (1.0 - x))
+}
+
+impl GasProperties {
+    /// Works them out.
+    pub fn of(surroundings: &Surroundings, oxygen_demand: f64) -> Self {
+        let reference = Self::without_reaction(
+            &Surroundings {
+                oxygen: 0.209,
+                temperature: 298.15,
+                pressure: ATMOSPHERE,
+                gravity: glam::DVec3::Y * -9.81,
+                ..*surroundings
+            },
+            oxygen_demand,
+        );
+        // Eq. 14.5: a flame goes out at the critical temperature in a film of thickness alpha/U in air at 1 g and 1 atm. The
+        // reaction is of second order, so its rate per mass goes with the pressure.
+        let thickness = reference.diffusivity / reference.buoyant_speed;
+        let properties = Self::without_reaction(surroundings, oxygen_demand);
+        let damkohler = CRITICAL_DAMKOHLER * reference.diffusivity / (thickness * thickness) / properties.diffusivity
+            * (surroundings.pressure / ATMOSPHERE);
+        Self { damkohler, ..properties }
+    }
+
+    fn without_reaction(surroundings: &Surroundings, oxygen_demand: f64) -> Self {
+        let ambient = surroundings.temperature;
+        let oxygen = oxygen_mass_fraction(surroundings.oxygen).max(1e-4);
+        let stoichiometric = oxygen / (oxygen + oxygen_demand); // Eq. 14.1
+        let leverage = oxygen_demand / oxygen;
+        let adiabatic = adiabatic_temperature(oxygen, stoichiometric, ambient);
+        let flame = (leverage * adiabatic + VOLATILE_TEMPERATURE) / (leverage + 1.0);
+        let mean = 0.5 * (flame + ambient);
+        let density = surroundings.pressure / (GAS_CONSTANT * mean);
+        let conductivity = conductivity(mean);
+        let diffusivity = conductivity / (density * HEAT_CAPACITY);
+        let buoyancy = surroundings.gravity.length() * (flame - ambient).max(0.0) / ambient;
+        Self {
+            ambient,
+            oxygen_mass_fraction: oxygen,
+            ambient_density: surroundings.pressure / (GAS_CONSTANT * ambient),
+            conductivity,
+            heat_capacity: HEAT_CAPACITY,
+            density,
+            diffusivity,
+            oxygen_demand,
+            stoichiometric,
+            leverage,
+            adiabatic,
+            flame,
+            buoyant_speed: (diffusivity * buoyancy).cbrt(), // Eq. 14.6
+            damkohler: 0.0,
+        }
+    }
+
+    /// Part of what diffusion brings together that reacts, at a temperature of the gas and a thickness of film (Eq. 14.5).
+    #[inline]
+    pub fn completeness(&self, temperature: f64, thickness: f64) -> f64 {
+        let exponent = ACTIVATION_TEMPERATURE * (1.0 / CRITICAL_TEMPERATURE - 1.0 / temperature);
+        let damkohler = self.damkohler * thickness * thickness * exponent.min(50.0).exp();
+        damkohler / (1.0 + damkohler)
+    }
+}

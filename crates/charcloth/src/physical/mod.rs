@@ -1,0 +1,508 @@
+//! The physical model: two faces of sheet, their chemistry, and the gas around them.
+//!
+//! Model: each burn node has two half-layers (`FaceNodes`), each with one temperature and its masses; they exchange heat
+//! through the thickness, and along the sheet by conduction with the grain (Eq. 15.1 to 15.3); the gas says what each
+//! face gets (docs/physics.md, section 14), the chemistry what becomes of it (section 13). No speed of spread enters.
+//! Sources: with the equations. Valid when: the sheet is thin (Biot number of the half-layer under 0.2). Cost: a
+//! microsecond a burning node and step; a cold node costs a look at its temperatures.
+
+mod conduction;
+mod layout;
+
+use crate::build::Built;
+use crate::chemistry::{Chemistry, Layer, Released, Room, Surroundings};
+use crate::error::Error;
+use crate::gases::{self, FACES, FaceExchange, FaceView, Gas, GasState, SheetView};
+use crate::material::Material;
+use crate::registry;
+use crate::scene::{Backing, Scene};
+use crate::sheet::{Books, BurnNodes, FaceNodes, SheetState};
+use crate::substances::{Masses, Substance};
+use conduction::Conduction;
+use glam::DVec3;
+use layout::Layout;
+use rayon::prelude::*;
+
+/// A half-layer whose temperature is so close to the room's that it is taken to be there [K].
+// tuned: far under what any reaction or picture tells, 1e-9 to 1e-3
+const ASLEEP: f64 = 1e-6;
+
+/// Nodes that one thread works on at a time.
+const CHUNK: usize = 128;
+
+/// Part of a node's char that is gone when what is left no longer holds together: ash that falls.
+const ASH_FALLS: f64 = 0.9; // tuned: ash of paper crumbles at a touch, 0.7 to 1
+
+/// A radiant heater over part of the sheet.
+struct Heater {
+    nodes: Vec<u32>,
+    face: usize,
+    start: f64,
+    end: f64,
+    /// What the sheet absorbs [W/m2].
+    flux: f64,
+}
+
+/// A flame held to some nodes for a while.
+struct Pilot {
+    nodes: Vec<u32>,
+    start: f64,
+    end: f64,
+}
+
+/// What a burning node works on during a step.
+#[derive(Clone, Copy)]
+struct Work {
+    node: u32,
+    layers: [Layer; FACES],
+    around: [Surroundings; FACES],
+    released: [Released; FACES],
+    /// Conductance through the thickness [W/K].
+    through: f64,
+}
+
+/// The model of a scene, and its buffers.
+pub struct Physical {
+    chemistry: Chemistry,
+    gas: Box<dyn Gas>,
+    room: gases::Surroundings,
+    emissivity: f64,
+    heat_of_combustion: f64,
+    oxygen_demand: f64,
+    /// Conductance through the thickness over the area of a node [W/(m2 K)].
+    through: f64,
+    /// Stiffness of char over that of the sheet.
+    char_stiffness: f64,
+    /// Char that the fibre of a dry sheet may leave, per dry mass [kg/kg].
+    char_yield: f64,
+    /// Fibre and polymer of a dry sheet [kg/kg].
+    burns: f64,
+    backing: Backing,
+    heaters: Vec<Heater>,
+    pilots: Vec<Pilot>,
+    layout: Layout,
+    conduction: Conduction,
+    open: [Vec<f64>; FACES],
+    pilot: [Vec<f64>; FACES],
+    heater: [Vec<f64>; FACES],
+    volatile_flux: [Vec<f64>; FACES],
+    gas_flux: [Vec<f64>; FACES],
+    exchange: FaceExchange,
+    /// Heat conducted into each node along the sheet [W].
+    conducted: Vec<f64>,
+    work: Vec<Work>,
+}
+
+fn masses(face: &FaceNodes, i: usize) -> Masses {
+    let mut masses = [0.0; crate::substances::SUBSTANCES];
+    for (substance, column) in [
+        (Substance::Water, &face.water),
+        (Substance::Fibre, &face.fibre),
+        (Substance::Polymer, &face.polymer),
+        (Substance::YoungChar, &face.young_char),
+        (Substance::Char, &face.char),
+        (Substance::Filler, &face.filler),
+        (Substance::Ash, &face.ash),
+    ] {
+        masses[substance as usize] = column[i];
+    }
+    masses
+}
+
+fn set_masses(face: &mut FaceNodes, i: usize, masses: &Masses) {
+    for (substance, column) in [
+        (Substance::Water, &mut face.water),
+        (Substance::Fibre, &mut face.fibre),
+        (Substance::Polymer, &mut face.polymer),
+        (Substance::YoungChar, &mut face.young_char),
+        (Substance::Char, &mut face.char),
+        (Substance::Filler, &mut face.filler),
+        (Substance::Ash, &mut face.ash),
+    ] {
+        column[i] = masses[substance as usize];
+    }
+}
+
+fn layer(face: &FaceNodes, i: usize) -> Layer {
+    Layer { masses: masses(face, i), temperature: face.temperature[i], dry_mass: face.dry_mass[i] }
+}
+
+impl Physical {
+    /// Builds the model, and fills in the faces of a sheet at rest in its room. `pilots` are the nodes of each flame that
+    /// is held to it, `heaters` those of each heater.
+    pub fn build(
+        scene: &Scene,
+        material: &Material,
+        built: &mut Built,
+        pilots: Vec<Vec<u32>>,
+        heaters: Vec<Vec<u32>>,
+    ) -> Result<Self, Error> {
+        let room = Room { temperature: scene.fire.ambient_temperature.0, relative_humidity: scene.fire.humidity.0 };
+        let data = material.chemistry()?;
+        let chemistry =
+            Chemistry::build(&data, room).map_err(|problem| Error::scene("sheet.material", problem, "see its file"))?;
+        let (heat_of_combustion, oxygen_demand) = chemistry.volatiles().unwrap_or((0.0, 1.0));
+        let gas = registry::find(gases::GASES, &scene.fire.gas, "fire.gas")?;
+        let composition = chemistry.composition();
+        let burns = composition[Substance::Fibre as usize] + composition[Substance::Polymer as usize];
+        let mut physical = Self {
+            gas: (gas.item)(),
+            room: gases::Surroundings {
+                temperature: room.temperature,
+                oxygen: scene.fire.oxygen.0,
+                pressure: scene.fire.pressure.0,
+                gravity: -built.up * scene.gravity.0,
+                wind: DVec3::from_array(scene.wind.velocity.map(|speed| speed.0)),
+            },
+            emissivity: material.thermal.emissivity.value.0,
+            heat_of_combustion,
+            oxygen_demand,
+            // From the middle of one half-layer to that of the other.
+            through: material.thermal.conductivity_through.value.0 / (0.5 * scene.shell.thickness.0),
+            char_stiffness: material.mechanics.char_stiffness.value.0,
+            char_yield: material.char_yield(),
+            burns,
+            backing: scene.sheet.backing,
+            heaters: Vec::new(),
+            pilots: Vec::new(),
+            layout: Layout::default(),
+            conduction: Conduction::default(),
+            open: Default::default(),
+            pilot: Default::default(),
+            heater: Default::default(),
+            volatile_flux: Default::default(),
+            gas_flux: Default::default(),
+            exchange: FaceExchange::default(),
+            conducted: Vec::new(),
+            work: Vec::new(),
+            chemistry,
+        };
+        for (row, nodes) in scene.heater.iter().zip(heaters) {
+            let absorbed = material.thermal.absorptivity.value.0 * row.flux.0;
+            let (start, end) = (row.start.0, row.start.0 + row.length.0);
+            physical.heaters.push(Heater { nodes, face: usize::from(row.face as u8), start, end, flux: absorbed });
+        }
+        for (row, nodes) in scene.ignite.iter().zip(pilots) {
+            physical.pilots.push(Pilot { nodes, start: row.start.0, end: row.start.0 + row.length.0 });
+        }
+        let machine = scene.shell.thickness.0 * material.thermal.conductivity_machine.value.0;
+        let cross = scene.shell.thickness.0 * material.thermal.conductivity_cross.value.0;
+        physical.conduction.sheet_conductance = [machine, cross];
+        physical.fill(&mut built.state);
+        Ok(physical)
+    }
+
+    /// The sheet in balance with the room.
+    fn fill(&self, state: &mut SheetState) {
+        let count = state.burn.len();
+        let wet: f64 = self.chemistry.composition().iter().sum();
+        let edges = layout::free_edges(state);
+        let room = self.room.temperature;
+        let film = GasState::still(1, &self.room);
+        for face in 0..FACES {
+            let mut nodes = FaceNodes::zeros(count);
+            for i in 0..count {
+                // `fuel_initial` is grammage times area times formation, moisture and filler and all.
+                let dry_mass = 0.5 * state.burn.fuel_initial[i] / wet;
+                let layer = self.chemistry.layer(dry_mass);
+                nodes.dry_mass[i] = dry_mass;
+                nodes.temperature[i] = room;
+                set_masses(&mut nodes, i, &layer.masses);
+                nodes.film_temperature[i] = film.temperature[face][0];
+                nodes.edge_length[i] = edges.length[i];
+                nodes.edge_distance[i] = edges.distance[i];
+            }
+            *(if face == 0 { &mut state.front } else { &mut state.back }) = nodes;
+        }
+        for i in 0..count {
+            state.burn.fuel_initial[i] = self.fuel(state, i);
+        }
+        self.show(state);
+        state.books.mass_initial[0] = state.burn.mass.iter().sum();
+        state.motion.inert_mass.fill(0.0);
+    }
+
+    /// What can still burn at a node [kg].
+    fn fuel(&self, state: &SheetState, i: usize) -> f64 {
+        let of = |face: &FaceNodes| face.fibre[i] + face.polymer[i] + face.young_char[i] + face.char[i];
+        of(&state.front) + of(&state.back)
+    }
+
+    /// Longest step [s]: no new extremes by conduction, and a front that moves less than the film is thick.
+    pub fn longest_step(&self) -> f64 {
+        self.conduction.longest_step().min(2e-3) // tuned: flames upward cross 0.2 mm in 2 ms; 0.5 to 5 ms
+    }
+
+    /// Lays out what follows from the topology.
+    pub fn lay_out(&mut self, state: &SheetState) {
+        self.layout.build(state);
+        self.conduction.build(state, &self.layout, &self.chemistry);
+        let count = state.burn.len();
+        let closed_back = self.backing == Backing::Insulated;
+        for face in 0..FACES {
+            self.open[face].clear();
+            self.open[face].resize(count, if face == 1 && closed_back { 0.0 } else { 1.0 });
+            for column in [&mut self.pilot, &mut self.heater, &mut self.volatile_flux, &mut self.gas_flux] {
+                column[face].clear();
+                column[face].resize(count, 0.0);
+            }
+        }
+    }
+
+    /// Advances heat, chemistry and gas by a step from a time on [s], with burn nodes at these places and with these normals.
+    pub fn advance(&mut self, state: &mut SheetState, position: &[DVec3], normal: &[DVec3], time: f64, dt: f64) {
+        self.hold(time);
+        self.ask_gas(state, position, normal, dt);
+        self.conduction.conduct(&state.burn.temperature, &self.layout, &mut self.conducted);
+        self.gather(state);
+        let chemistry = &self.chemistry;
+        self.work.par_chunks_mut(CHUNK).for_each(|chunk| chunk.iter_mut().for_each(|work| work.advance(chemistry, dt)));
+        self.scatter(state, time, dt);
+    }
+
+    /// Marks what flames and heaters reach.
+    fn hold(&mut self, time: f64) {
+        for face in 0..FACES {
+            for pilot in &self.pilots {
+                pilot.nodes.iter().for_each(|i| self.pilot[face][*i as usize] = 0.0);
+            }
+        }
+        for pilot in self.pilots.iter().filter(|pilot| pilot.start <= time && time < pilot.end) {
+            for face in 0..FACES {
+                pilot.nodes.iter().for_each(|i| self.pilot[face][*i as usize] = 1.0);
+            }
+        }
+        for heater in &self.heaters {
+            heater.nodes.iter().for_each(|i| self.heater[heater.face][*i as usize] = 0.0);
+        }
+        for heater in self.heaters.iter().filter(|heater| heater.start <= time && time < heater.end) {
+            heater.nodes.iter().for_each(|i| self.heater[heater.face][*i as usize] += heater.flux);
+        }
+    }
+
+    fn ask_gas(&mut self, state: &mut SheetState, position: &[DVec3], normal: &[DVec3], dt: f64) {
+        let SheetState { burn, front, back, books, .. } = state;
+        let faces = [&mut *front, &mut *back];
+        for (face, nodes) in faces.iter().enumerate() {
+            let fluxes = self.volatile_flux[face].iter_mut().zip(&mut self.gas_flux[face]);
+            for (i, (volatile, gas)) in fluxes.enumerate() {
+                *volatile = nodes.volatile_rate[i] / burn.area[i];
+                *gas = nodes.gas_rate[i] / burn.area[i];
+            }
+        }
+        let [front, back] = faces;
+        let mut film = GasState {
+            temperature: [std::mem::take(&mut front.film_temperature), std::mem::take(&mut back.film_temperature)],
+            fuel: [std::mem::take(&mut front.film_fuel), std::mem::take(&mut back.film_fuel)],
+            run: [std::mem::take(&mut front.film_run), std::mem::take(&mut back.film_run)],
+        };
+        let Layout { start, to, length, width, .. } = &self.layout;
+        let sheet = SheetView {
+            position,
+            normal,
+            area: &burn.area,
+            link_start: start,
+            link_to: to,
+            link_length: length,
+            link_width: width,
+            edge_length: &front.edge_length,
+            edge_distance: &front.edge_distance,
+        };
+        let view = FaceView {
+            temperature: [&front.temperature, &back.temperature],
+            volatile_flux: self.volatile_flux.each_ref().map(Vec::as_slice),
+            gas_flux: self.gas_flux.each_ref().map(Vec::as_slice),
+            open: self.open.each_ref().map(Vec::as_slice),
+            pilot: self.pilot.each_ref().map(Vec::as_slice),
+            emissivity: self.emissivity,
+            heat_of_combustion: self.heat_of_combustion,
+            oxygen_demand: self.oxygen_demand,
+        };
+        self.gas.advance(&sheet, &view, &self.room, dt, &mut film, &mut self.exchange);
+        [front.film_temperature, back.film_temperature] = film.temperature;
+        [front.film_fuel, back.film_fuel] = film.fuel;
+        [front.film_run, back.film_run] = film.run;
+        let gas = &self.exchange.books;
+        books.heat_of_flames[0] += gas.heat_released * dt;
+        books.heat_of_flames_lost[0] += gas.heat_to_surroundings * dt;
+        books.volatiles_burnt[0] += gas.fuel_burnt * dt;
+    }
+
+    /// Collects the nodes that anything happens to: those that are not at the temperature of the room, or are being
+    /// heated. For all others a step changes nothing.
+    fn gather(&mut self, state: &SheetState) {
+        let SheetState { burn, front, back, .. } = state;
+        let faces = [front, back];
+        let room = self.room.temperature;
+        self.work.clear();
+        for i in 0..burn.len() {
+            let heated = |face: usize| {
+                faces[face].temperature[i] != room
+                    || self.exchange.heat_flux[face][i] != 0.0
+                    || self.heater[face][i] != 0.0
+            };
+            if !(heated(0) || heated(1) || self.conducted[i] != 0.0) {
+                continue;
+            }
+            let area = burn.area[i];
+            let around = |face: usize| Surroundings {
+                heat: area * (self.exchange.heat_flux[face][i] + self.heater[face][i]) + 0.5 * self.conducted[i],
+                heat_slope: area * self.exchange.heat_flux_slope[face][i],
+                about: faces[face].temperature[i],
+                oxygen_fraction: self.exchange.surface_oxygen[face][i],
+                oxygen_supply: area * self.exchange.oxygen_supply[face][i],
+            };
+            self.work.push(Work {
+                node: i as u32,
+                layers: [layer(front, i), layer(back, i)],
+                around: [around(0), around(1)],
+                released: [Released::default(); FACES],
+                through: self.through * area,
+            });
+        }
+    }
+
+    fn scatter(&mut self, state: &mut SheetState, time: f64, dt: f64) {
+        let SheetState { burn, front, back, books, .. } = state;
+        let room = self.room.temperature;
+        let mut sums = Released::default();
+        let (mut heaters, mut conducted) = (0.0, 0.0);
+        for work in &mut self.work {
+            let i = work.node as usize;
+            let mut fuel_gas = 0.0;
+            for (face, nodes) in [&mut *front, &mut *back].into_iter().enumerate() {
+                let (layer, released) = (&mut work.layers[face], &mut work.released[face]);
+                if (layer.temperature - room).abs() < ASLEEP {
+                    // What little heat there is goes to the room.
+                    let before = self.chemistry.sensible_heat(&layer.masses, layer.temperature);
+                    layer.temperature = room;
+                    released.heat_in += self.chemistry.sensible_heat(&layer.masses, room) - before;
+                }
+                nodes.temperature[i] = layer.temperature;
+                set_masses(nodes, i, &layer.masses);
+                nodes.volatile_rate[i] = released.volatiles / dt;
+                nodes.gas_rate[i] = (released.volatiles + released.steam + released.oxides) / dt;
+                heaters += self.heater[face][i] * burn.area[i] * dt;
+                fuel_gas += released.volatiles;
+                add(&mut sums, released);
+            }
+            conducted += self.conducted[i] * dt;
+            let mean = 0.5 * (front.temperature[i] + back.temperature[i]);
+            burn.temperature[i] = mean;
+            burn.peak_temperature[i] = burn.peak_temperature[i].max(front.temperature[i]).max(back.temperature[i]);
+            burn.burn_rate[i] = fuel_gas / dt;
+            let flame = self.exchange.flame[0][i].max(self.exchange.flame[1][i]);
+            if burn.ignited_at[i] < 0.0 && flame > 0.5 && fuel_gas > 0.0 {
+                burn.ignited_at[i] = time;
+            }
+        }
+        let Books { heat_from_gas, heat_from_heaters, heat_of_drying, heat_of_pyrolysis, .. } = books;
+        heat_from_gas[0] += sums.heat_in - heaters - conducted;
+        heat_from_heaters[0] += heaters;
+        heat_of_drying[0] += sums.heat_of_drying;
+        heat_of_pyrolysis[0] += sums.heat_of_pyrolysis;
+        let Books { heat_of_oxidation, heat_carried, volatiles, steam, oxides, oxygen_taken, .. } = books;
+        heat_of_oxidation[0] += sums.heat_of_oxidation;
+        heat_carried[0] += sums.heat_carried;
+        volatiles[0] += sums.volatiles;
+        steam[0] += sums.steam;
+        oxides[0] += sums.oxides;
+        oxygen_taken[0] += sums.oxygen_taken;
+        books.fuel_burnt[0] = books.volatiles[0] + books.oxides[0];
+        books.heat_released[0] = books.heat_of_flames[0] + books.heat_of_oxidation[0];
+    }
+
+    /// Brings the columns of the burn nodes that both models share up to date, for pictures, files and mechanics.
+    pub fn show(&self, state: &mut SheetState) {
+        for i in 0..state.burn.len() {
+            let fuel = self.fuel(state, i);
+            let SheetState { burn, front, back, .. } = &mut *state;
+            let dry_mass = front.dry_mass[i] + back.dry_mass[i];
+            let whole = front.fibre[i] + back.fibre[i] + front.polymer[i] + back.polymer[i];
+            let char = front.young_char[i] + back.young_char[i] + front.char[i] + back.char[i];
+            let left = (whole / (self.burns * dry_mass)).clamp(0.0, 1.0);
+            burn.fuel[i] = fuel;
+            burn.charred[i] = 1.0 - left;
+            // Char that ought to be there, if none had burnt.
+            let made = self.char_yield * dry_mass * (1.0 - left);
+            burn.ashed[i] = if left < 0.5 { (1.0 - char / made.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) } else { 0.0 };
+            burn.stiffness[i] = left + (1.0 - left) * self.char_stiffness * (1.0 - burn.ashed[i]);
+            burn.mass[i] = masses(front, i).iter().chain(&masses(back, i)).sum();
+            burn.flame[i] = 0.0;
+            for face in 0..FACES {
+                if let (Some(flame), Some(height)) =
+                    (self.exchange.flame[face].get(i), self.exchange.flame_height[face].get(i))
+                    && *flame > 0.1
+                {
+                    burn.flame[i] = burn.flame[i].max(*height);
+                }
+            }
+        }
+    }
+
+    /// Heat in the sheet, over 25 degC [J].
+    pub fn heat_content(&self, state: &SheetState) -> f64 {
+        let of = |face: &FaceNodes| -> f64 {
+            (0..face.len()).map(|i| self.chemistry.sensible_heat(&masses(face, i), face.temperature[i])).sum()
+        };
+        of(&state.front) + of(&state.back)
+    }
+
+    /// Heat that the books cannot account for, as a part of all that has been exchanged.
+    pub fn energy_error(&self, state: &SheetState) -> f64 {
+        let books = &state.books;
+        let exchanged = [
+            books.heat_from_gas[0],
+            books.heat_from_heaters[0],
+            books.heat_of_drying[0],
+            books.heat_of_pyrolysis[0],
+            books.heat_of_oxidation[0],
+            -books.heat_carried[0],
+        ];
+        let change = self.heat_content(state) - books.heat_initial[0];
+        let size: f64 = exchanged.iter().map(|heat| heat.abs()).sum();
+        (change - exchanged.iter().sum::<f64>()).abs() / size.max(f64::MIN_POSITIVE)
+    }
+
+    /// Mass that the books cannot account for, as a part of that at the start.
+    pub fn mass_error(&self, state: &SheetState) -> f64 {
+        let books = &state.books;
+        let now: f64 = state.burn.mass.iter().sum();
+        let left = books.volatiles[0] + books.steam[0] + books.oxides[0] - books.oxygen_taken[0];
+        (now + left - books.mass_initial[0]).abs() / books.mass_initial[0].max(f64::MIN_POSITIVE)
+    }
+
+    /// Heat that a mass of fuel gas gives [J/kg].
+    pub fn heat_of_combustion(&self) -> f64 {
+        self.heat_of_combustion
+    }
+
+    /// Whether what is left between some burn nodes still holds together.
+    pub fn holds(burn: &BurnNodes, nodes: [usize; 3]) -> bool {
+        nodes.iter().any(|i| burn.ashed[*i] < ASH_FALLS)
+    }
+}
+
+fn add(sums: &mut Released, released: &Released) {
+    let Released { volatiles, steam, oxides, oxygen_taken, .. } = released;
+    sums.volatiles += volatiles;
+    sums.steam += steam;
+    sums.oxides += oxides;
+    sums.oxygen_taken += oxygen_taken;
+    sums.heat_in += released.heat_in;
+    sums.heat_of_drying += released.heat_of_drying;
+    sums.heat_of_pyrolysis += released.heat_of_pyrolysis;
+    sums.heat_of_oxidation += released.heat_of_oxidation;
+    sums.heat_carried += released.heat_carried;
+}
+
+impl Work {
+    /// Half of the exchange through the thickness, the chemistry of each face, the other half: second order in the step.
+    fn advance(&mut self, chemistry: &Chemistry, dt: f64) {
+        let [front, back] = &mut self.layers;
+        chemistry.exchange(front, back, self.through, 0.5 * dt);
+        self.released[0] = chemistry.advance(front, &self.around[0], dt);
+        self.released[1] = chemistry.advance(back, &self.around[1], dt);
+        chemistry.exchange(front, back, self.through, 0.5 * dt);
+    }
+}
