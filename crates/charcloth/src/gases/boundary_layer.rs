@@ -104,6 +104,25 @@ pub fn plain_coefficient(surroundings: &Surroundings, surface: f64) -> f64 {
     (natural.powi(3) + forced.powi(3)).cbrt() * conductivity / PLAIN_LENGTH
 }
 
+/// [`plain_coefficient`] at temperatures 50 K apart, with straight lines between.
+#[derive(Debug, Clone, Copy)]
+pub struct PlainTable([f64; 40]);
+
+impl PlainTable {
+    /// Works it out for a room.
+    pub fn of(surroundings: &Surroundings) -> Self {
+        Self(std::array::from_fn(|k| plain_coefficient(surroundings, 100.0 + 50.0 * k as f64)))
+    }
+
+    /// At a temperature of the face [W/(m2 K)].
+    #[inline]
+    pub fn at(&self, surface: f64) -> f64 {
+        let place = ((surface - 100.0) / 50.0).clamp(0.0, 38.999);
+        let below = place as usize;
+        self.0[below] + (place - below as f64) * (self.0[below + 1] - self.0[below])
+    }
+}
+
 /// Where buoyancy drives the film on a face, over full gravity (Eq. 14.9): up along the sheet, and towards the hot gas
 /// where it can rise off the face, away from it where the face holds it down.
 #[inline]

@@ -23,11 +23,13 @@ const GAS_CONSTANT: f64 = 287.05;
 /// Prandtl number of air, near 0.7 from 300 to 1500 K [Incropera2007].
 pub const PRANDTL: f64 = 0.71;
 
-/// Mean heat capacity of burnt gas from 300 K to 2250 K [J/(kg K)], and its growth by dissociation.
-/// Chosen so that cellulose burns at 2250 K in air and at 3050 K in oxygen, as chemical equilibrium has it within 50 K.
-const BURNT_CAPACITY: f64 = 1120.0;
-const DISSOCIATION: f64 = 180.0;
+/// Mean heat capacity of burnt gas from 300 K to 2250 K without dissociation [J/(kg K)], what dissociation adds at a rise
+/// of 1950 K, and the power by which that grows. Chosen so that cellulose burns at 2250 K in air and at 3050 K in oxygen,
+/// as chemical equilibrium has it within 50 K.
+const BURNT_CAPACITY: f64 = 1260.0;
+const DISSOCIATION: f64 = 40.0;
 const DISSOCIATION_RISE: f64 = 1950.0;
+const DISSOCIATION_POWER: i32 = 11;
 
 /// Temperature at which volatiles leave the sheet, for the heat they bring [K]; the flame is hardly sensitive to it.
 const VOLATILE_TEMPERATURE: f64 = 700.0;
@@ -64,8 +66,12 @@ pub struct GasProperties {
     pub stoichiometric: f64,
     /// How many times nearer the flame stands to the air than to the sheet.
     pub leverage: f64,
+    /// Thickness of the film over the distance from face to flame.
+    pub nearness: f64,
     /// Temperature of the flame if it lost nothing [K].
     pub adiabatic: f64,
+    /// Its enthalpy as a temperature, dissociation counted as heat [K].
+    pub potential: f64,
     /// Temperature of a flame that heats a pyrolysing sheet and loses nothing else [K].
     pub flame: f64,
     /// Speed scale of buoyancy at the foot of a flame in full gravity [m/s].
@@ -80,19 +86,20 @@ pub fn conductivity(temperature: f64) -> f64 {
     CONDUCTIVITY_300 * (temperature / 300.0).powf(CONDUCTIVITY_POWER)
 }
 
-/// Temperature that stoichiometric gas reaches [K], from the heat of its oxygen (Eq. 14.2).
-fn adiabatic_temperature(oxygen: f64, stoichiometric: f64, ambient: f64) -> f64 {
+/// Temperature that stoichiometric gas reaches [K], from the heat of its oxygen, and the one it would reach if nothing
+/// dissociated (Eq. 14.2): what has dissociated gives its heat to the face when it recombines on the way there.
+fn adiabatic_temperature(oxygen: f64, stoichiometric: f64, ambient: f64) -> (f64, f64) {
     // Heat per mass of the mixture: its oxygen is what it has of the surrounding gas.
     let heat = (1.0 - stoichiometric) * oxygen * HEAT_PER_OXYGEN;
     let unburnt = ambient + stoichiometric * (VOLATILE_TEMPERATURE - ambient).max(0.0);
-    // Newton on rise (c + d (rise/r)^6) = heat: convex and monotonic, so it converges from above.
+    // Newton on rise (c + d (rise/r)^n) = heat: convex and monotonic, so it converges from above.
     let mut rise = heat / BURNT_CAPACITY;
-    for _ in 0..30 {
-        let power = (rise / DISSOCIATION_RISE).powi(6);
+    for _ in 0..40 {
+        let power = (rise / DISSOCIATION_RISE).powi(DISSOCIATION_POWER);
         let excess = rise * (BURNT_CAPACITY + DISSOCIATION * power) - heat;
-        rise -= excess / (BURNT_CAPACITY + 7.0 * DISSOCIATION * power);
+        rise -= excess / (BURNT_CAPACITY + f64::from(DISSOCIATION_POWER + 1) * DISSOCIATION * power);
     }
-    unburnt + rise
+    (unburnt + rise, unburnt + heat / BURNT_CAPACITY)
 }
 
 /// Mass fraction of oxygen in a mixture with nitrogen.
@@ -105,13 +112,7 @@ impl GasProperties {
     /// Works them out.
     pub fn of(surroundings: &Surroundings, oxygen_demand: f64) -> Self {
         let reference = Self::without_reaction(
-            &Surroundings {
-                oxygen: 0.209,
-                temperature: 298.15,
-                pressure: ATMOSPHERE,
-                gravity: glam::DVec3::Y * -9.81,
-                ..*surroundings
-            },
+            &Surroundings { oxygen: 0.209, temperature: 298.15, pressure: ATMOSPHERE, gravity: glam::DVec3::Y * -9.81, ..*surroundings },
             oxygen_demand,
         );
         // Eq. 14.5: a flame goes out at the critical temperature in a film of thickness alpha/U in air at 1 g and 1 atm. The
@@ -128,7 +129,7 @@ impl GasProperties {
         let oxygen = oxygen_mass_fraction(surroundings.oxygen).max(1e-4);
         let stoichiometric = oxygen / (oxygen + oxygen_demand); // Eq. 14.1
         let leverage = oxygen_demand / oxygen;
-        let adiabatic = adiabatic_temperature(oxygen, stoichiometric, ambient);
+        let (adiabatic, potential) = adiabatic_temperature(oxygen, stoichiometric, ambient);
         let flame = (leverage * adiabatic + VOLATILE_TEMPERATURE) / (leverage + 1.0);
         let mean = 0.5 * (flame + ambient);
         let density = surroundings.pressure / (GAS_CONSTANT * mean);
@@ -146,7 +147,9 @@ impl GasProperties {
             oxygen_demand,
             stoichiometric,
             leverage,
+            nearness: 1.0 / (1.0 - stoichiometric),
             adiabatic,
+            potential,
             flame,
             buoyant_speed: (diffusivity * buoyancy).cbrt(), // Eq. 14.6
             damkohler: 0.0,

@@ -21,10 +21,11 @@ impl Gas for StillAir {
         exchange: &mut FaceExchange,
     ) {
         exchange.fit(sheet.area.len());
+        let table = boundary_layer::PlainTable::of(surroundings);
         let mut books = GasBooks::default();
         for face in 0..FACES {
             for i in 0..sheet.area.len() {
-                let answer = plain(faces, surroundings, face, i);
+                let answer = plain(faces, surroundings, &table, face, i);
                 let area = sheet.area[i];
                 exchange.heat_flux[face][i] = answer.convection - answer.radiation;
                 exchange.heat_flux_slope[face][i] = answer.slope;
@@ -55,10 +56,16 @@ pub(super) struct Plain {
 
 /// A face without a flame.
 #[inline]
-pub(super) fn plain(faces: &FaceView<'_>, surroundings: &Surroundings, face: usize, i: usize) -> Plain {
+pub(super) fn plain(
+    faces: &FaceView<'_>,
+    surroundings: &Surroundings,
+    table: &boundary_layer::PlainTable,
+    face: usize,
+    i: usize,
+) -> Plain {
     let (temperature, open) = (faces.temperature[face][i], faces.open[face][i]);
     let ambient = surroundings.temperature;
-    let coefficient = open * boundary_layer::plain_coefficient(surroundings, temperature);
+    let coefficient = open * table.at(temperature);
     let emissive = open * faces.emissivity * STEFAN_BOLTZMANN;
     Plain {
         convection: coefficient * (ambient - temperature),

@@ -230,7 +230,7 @@ impl Physical {
 
     /// Longest step [s]: no new extremes by conduction, and a front that moves less than the film is thick.
     pub fn longest_step(&self) -> f64 {
-        self.conduction.longest_step().min(2e-3) // tuned: flames upward cross 0.2 mm in 2 ms; 0.5 to 5 ms
+        self.conduction.longest_step().min(5e-3) // tuned: fronts move under half a millimetre; 1 to 5 ms
     }
 
     /// Lays out what follows from the topology.
