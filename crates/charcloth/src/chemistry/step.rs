@@ -8,10 +8,6 @@
 use super::{Chemistry, Kind, Layer, REACTIONS, Released, Surroundings, over_reference};
 use crate::substances::{Masses, REFERENCE_TEMPERATURE, SUBSTANCES, Substance};
 
-/// Estimated error of a substep, in parts of the dry mass.
-/// tuned: 1e-6 to 1e-3; at this value a whole burn is right to about 1e-3 (see the tests)
-const TOLERANCE: f64 = 2e-4;
-
 /// What is left of a reactant below this part of the dry mass goes with the rest, for no tail lasts for ever.
 const LAST: f64 = 1e-12;
 
@@ -102,8 +98,8 @@ impl Chemistry {
             part = part.min(left);
             let forced = part <= shortest;
             let outcome = self.substep(layer, &active, surroundings, part, forced);
-            if outcome.error > TOLERANCE && !forced {
-                part = (part * shorter(outcome.error)).max(shortest);
+            if outcome.error > self.tolerance && !forced {
+                part = (part * shorter(outcome.error, self.tolerance)).max(shortest);
                 continue;
             }
             if outcome.temperature > warmest + HEADROOM {
@@ -116,7 +112,7 @@ impl Chemistry {
             layer.temperature = outcome.temperature;
             released.heat_in += outcome.heat_in;
             left -= part;
-            part = (part * longer(outcome.error)).max(shortest);
+            part = (part * longer(outcome.error, self.tolerance)).max(shortest);
         }
         released
     }
@@ -149,8 +145,8 @@ impl Chemistry {
                 sweep = self.react(layer, &active, &path, after, share);
             }
             let error = self.error(layer, &active, &path, &sweep, after, 0.0, share);
-            if error > TOLERANCE && !forced {
-                part = (part * shorter(error)).max(1.0 / MOST_SUBSTEPS);
+            if error > self.tolerance && !forced {
+                part = (part * shorter(error, self.tolerance)).max(1.0 / MOST_SUBSTEPS);
                 continue;
             }
             let sensible = self.sensible_heat(&layer.masses, before);
@@ -159,7 +155,7 @@ impl Chemistry {
             layer.temperature = after;
             released.heat_in += self.sensible_heat(&layer.masses, after) - sensible - sweep.heat;
             done = if part >= 1.0 - done { 1.0 } else { done + part };
-            part = (part * longer(error)).max(1.0 / MOST_SUBSTEPS);
+            part = (part * longer(error, self.tolerance)).max(1.0 / MOST_SUBSTEPS);
         }
         released
     }
@@ -315,7 +311,7 @@ impl Chemistry {
             let share_after = oxygen_share(&sweep, share, surroundings, time);
             let oxygen_agrees = agrees(share, share_after);
             rounds += 1;
-            if residual.abs() <= 1e-2 + 1e-3 * (guess - layer.temperature).abs() && oxygen_agrees {
+            if residual.abs() <= self.tolerance * (25.0 + 10.0 * (guess - layer.temperature).abs()) && oxygen_agrees {
                 converged = true;
                 break;
             }
@@ -538,11 +534,11 @@ fn agrees(share: f64, share_after: f64) -> bool {
 }
 
 /// By how much to shorten a substep whose error was too large.
-fn shorter(error: f64) -> f64 {
-    if error.is_finite() { (0.9 * (TOLERANCE / error).cbrt()).clamp(0.1, 0.7) } else { 0.25 }
+fn shorter(error: f64, tolerance: f64) -> f64 {
+    if error.is_finite() { (0.9 * (tolerance / error).cbrt()).clamp(0.1, 0.7) } else { 0.25 }
 }
 
 /// By how much the next substep may be longer.
-fn longer(error: f64) -> f64 {
-    (0.9 * (TOLERANCE / error.max(1e-30)).cbrt()).clamp(0.5, 4.0)
+fn longer(error: f64, tolerance: f64) -> f64 {
+    (0.9 * (tolerance / error.max(1e-30)).cbrt()).clamp(0.5, 4.0)
 }

@@ -1,6 +1,6 @@
 //! Films of gas that rise along a sheet: how thick, how fast, and what heat they pass.
 //!
-//! Model: Eq. 14.6 to 14.11. Source: laminar natural convection [Ostrach1953, Incropera2007] written with the scales of
+//! Model: Eq. 14.6 to 14.11. Source: laminar natural convection [Ostrach1953] [Incropera2007] written with the scales of
 //! the foot of a flame [Bhattacharjee1996], forced flow [Incropera2007], the edge of a plate between two planes by
 //! conformal mapping [Cohn1954]. Valid when: laminar, films under about 0.5 m long. Cost: a few operations a node.
 
@@ -65,7 +65,7 @@ pub fn decay_rate(speed: f64, diffusivity: f64, thickness: f64, sinks: f64) -> f
 }
 
 /// What divides the heat flux that leaves a film when gas blows out of the wall: x/(e^x - 1), x = m'' c/h
-/// [Spalding1960].
+/// [Bird2002].
 #[inline]
 pub fn blowing(ratio: f64) -> f64 {
     if ratio < 1e-4 { 1.0 - 0.5 * ratio } else { ratio / ratio.exp_m1() }
@@ -129,7 +129,8 @@ impl PlainTable {
 pub fn drive(up: DVec3, outward: DVec3, gradient: DVec3, excess: f64, foot: f64, floor: f64) -> DVec3 {
     let lift = up.dot(outward);
     let along = up - lift * outward;
-    let gradient = foot * (gradient - gradient.dot(outward) * outward);
+    // Half: the mean over the film of the pressure that hot gas builds up across it.
+    let gradient = 0.5 * foot * (gradient - gradient.dot(outward) * outward);
     let scale = (gradient.length_squared() + excess * excess + floor * floor).sqrt();
     along + lift * gradient / scale
 }

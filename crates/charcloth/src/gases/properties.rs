@@ -112,7 +112,13 @@ impl GasProperties {
     /// Works them out.
     pub fn of(surroundings: &Surroundings, oxygen_demand: f64) -> Self {
         let reference = Self::without_reaction(
-            &Surroundings { oxygen: 0.209, temperature: 298.15, pressure: ATMOSPHERE, gravity: glam::DVec3::Y * -9.81, ..*surroundings },
+            &Surroundings {
+                oxygen: 0.209,
+                temperature: 298.15,
+                pressure: ATMOSPHERE,
+                gravity: glam::DVec3::Y * -9.81,
+                ..*surroundings
+            },
             oxygen_demand,
         );
         // Eq. 14.5: a flame goes out at the critical temperature in a film of thickness alpha/U in air at 1 g and 1 atm. The

@@ -139,8 +139,10 @@ impl Physical {
     ) -> Result<Self, Error> {
         let room = Room { temperature: scene.fire.ambient_temperature.0, relative_humidity: scene.fire.humidity.0 };
         let data = material.chemistry()?;
-        let chemistry =
+        let mut chemistry =
             Chemistry::build(&data, room).map_err(|problem| Error::scene("sheet.material", problem, "see its file"))?;
+        // tuned: heat is held over a step to some per mille; 2e-5 to 1e-3
+        chemistry.tolerance = 2e-4;
         let (heat_of_combustion, oxygen_demand) = chemistry.volatiles().unwrap_or((0.0, 1.0));
         let gas = registry::find(gases::GASES, &scene.fire.gas, "fire.gas")?;
         let composition = chemistry.composition();
