@@ -12,6 +12,12 @@ pub const SCORCH_ENDS: f64 = 620.0;
 /// less than a triangle; smoke and tar stain real paper farther than that.
 /// tuned: 2 to 8 mm.
 const SCORCH_SPREAD: f64 = 0.0055;
+/// How burnt a sheet looks that is all char and no ash.
+const ALL_CHAR: f64 = 0.6; // tuned: black, no holes yet; 0.45 to 0.65
+/// Temperatures between which char begins to glow and glows as it does in a fire [K]: dark red from about 800 K.
+const GLOW_BEGINS: f64 = 800.0;
+const GLOW_WHOLE: f64 = 1150.0;
+
 /// Fuel burnt at which a node on a cut edge counts as burnt away, so that the ragged line runs inside the cut.
 /// tuned: 0.4 to 0.8.
 const EDGE_BURNT: f32 = 0.5;
@@ -71,8 +77,18 @@ impl Surface {
         self.nodes.extend((0..frame.motion.len()).map(|i| {
             let burn = &frame.burn;
             let part = |value: f64, whole: f64| if whole > 0.0 { (value / whole).clamp(0.0, 1.0) as f32 } else { 0.0 };
-            let burnt = if burn.fuel_initial[i] > 0.0 { 1.0 - part(burn.fuel[i], burn.fuel_initial[i]) } else { 0.0 };
-            let glow = part(burn.burn_rate[i], burn.burn_rate_full[i]);
+            // A model without a full rate tells char from ash, and glows by its temperature.
+            let (burnt, glow) = if burn.burn_rate_full[i] > 0.0 {
+                let left = part(burn.fuel[i], burn.fuel_initial[i]);
+                (
+                    if burn.fuel_initial[i] > 0.0 { 1.0 - left } else { 0.0 },
+                    part(burn.burn_rate[i], burn.burn_rate_full[i]),
+                )
+            } else {
+                let burnt = ALL_CHAR * burn.charred[i] + (1.0 - ALL_CHAR) * burn.ashed[i];
+                let glow = ((burn.temperature[i] - GLOW_BEGINS) / (GLOW_WHOLE - GLOW_BEGINS)).clamp(0.0, 1.0);
+                (burnt as f32, (glow * glow * (3.0 - 2.0 * glow)) as f32)
+            };
             Node {
                 position: (frame.motion.position[i] - target).as_vec3(),
                 normal: normals[i].as_vec3(),

@@ -3,11 +3,13 @@
 use super::{Outcome, Run};
 use crate::scenes::SCENES;
 use charcloth::effects::EFFECTS;
+use charcloth::gases::GASES;
 use charcloth::integrators::INTEGRATORS;
 use charcloth::measure::MEASURES;
 use charcloth::registry::Entry;
 use charcloth_io::exporters::EXPORTERS;
 use charcloth_io::importers::IMPORTERS;
+use charcloth_io::material_file::MATERIALS;
 use charcloth_render::LOOKS;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -28,6 +30,12 @@ const LISTS: &[Entry<fn() -> Lines>] = &[
         name: "integrators",
         about: "ways to move the sheet, for mechanics.integrator",
         item: || lines(INTEGRATORS),
+    },
+    Entry { name: "materials", about: "what a sheet is made of, for sheet.material", item: || lines(MATERIALS) },
+    Entry {
+        name: "gases",
+        about: "what surrounds the sheet in the physical model, for fire.gas",
+        item: || lines(GASES),
     },
     Entry { name: "measures", about: "what a [[probe]] can measure", item: || lines(MEASURES) },
     Entry { name: "looks", about: "ways to draw, for --style", item: || lines(LOOKS) },

@@ -184,6 +184,34 @@ fn fire(scene: &Scene, findings: &mut Findings) {
     }
     findings.not_negative("fire.diffusivity", fire.diffusivity.0);
     findings.not_negative("fire.cooling_rate", fire.cooling_rate.0);
+    findings.between("fire.oxygen", fire.oxygen.0, 0.0, 1.0);
+    findings.between("fire.humidity", fire.humidity.0, 0.0, 1.0);
+    findings.positive("fire.pressure", fire.pressure.0, "\"101.3 kPa\"");
+    for (row, heater) in scene.heater.iter().enumerate() {
+        let key = format!("heater.{row}");
+        if scene.model != Model::Physical {
+            findings.add(&key, "only the physical model has heaters", "write `model = \"physical\"`");
+        }
+        findings.positive(&format!("{key}.flux"), heater.flux.0, "\"25 kW/m2\"");
+        findings.positive(&format!("{key}.length"), heater.length.0, "\"10 s\"");
+        findings.not_negative(&format!("{key}.start"), heater.start.0);
+        findings.not_negative(&format!("{key}.radius"), heater.radius.0);
+        region(&key, heater.region.as_ref(), findings);
+    }
+    if scene.model == Model::Physical {
+        let layers = [
+            ("thermal_force.law", scene.thermal_force.law != ThermalForceLaw::Off),
+            ("curl.law", scene.curl.law != CurlLaw::Off),
+        ];
+        for (key, on) in layers {
+            if on {
+                findings.add(key, "it is a law of the 2004 model", "leave it out, or write `model = \"moidu2004\"`");
+            }
+        }
+        if fire.raw.is_some() {
+            findings.add("fire.raw", "raw coefficients are those of the 2004 model", "leave [fire.raw] out");
+        }
+    }
     if let Some(raw) = &fire.raw {
         if !is_uniform(&scene.sheet) {
             findings.add(

@@ -218,6 +218,8 @@ impl Physical {
         }
         for i in 0..count {
             state.burn.fuel_initial[i] = self.fuel(state, i);
+            // No rate is the full one here.
+            state.burn.burn_rate_full[i] = 0.0;
         }
         self.show(state);
         state.books.mass_initial[0] = state.burn.mass.iter().sum();
