@@ -4,6 +4,7 @@ from pathlib import Path
 
 import bpy
 
+from .attributes import add_copies
 from .material import burn_material
 from .scene_file import metres_per_unit, run_folder
 
@@ -31,6 +32,7 @@ def load(sheet: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object:
     burnt.scale = [1 / metres_per_unit(scene)] * 3
     cache = next(modifier for modifier in burnt.modifiers if modifier.type == "MESH_SEQUENCE_CACHE")
     cache.cache_file.frame_offset = settings.frame_start
+    add_copies(burnt)
     burnt.data.materials.clear()
     burnt.data.materials.append(burn_material(sheet))
     settings.burnt, burnt.charcloth.sheet = burnt, sheet

@@ -1,8 +1,8 @@
 """How burnt paper is drawn: a node tree that reads the attributes of the loaded mesh.
 
-`char` goes from white over brown (0.5) to char (1), `burn` is the fraction of the fuel that is gone, `temperature` is in
-kelvin, `rest` is the place in the sheet [m], so that the grain sticks to the paper. Holes are geometry; only their rim,
-which has the width of a triangle, is frayed by transparency.
+`char` goes from white over brown (0.5) to char (1), `burn` is the fraction of the fuel that is gone, `kelvin` is the
+temperature (see `attributes`), `rest` is the place in the sheet [m], so that the grain sticks to the paper. Holes are
+geometry; only their rim, which has the width of a triangle, is frayed by transparency.
 """
 
 from typing import Any
@@ -25,8 +25,8 @@ ASH = (0.16, 0.155, 0.15, 1.0)
 GRAIN = 700.0  # [1/m]: fibres and specks of 1.5 mm
 CLOUDS = 110.0  # [1/m]: patches of 1 cm
 GLOW_FROM, GLOW_TO = 850.0, 1150.0  # [K]: dull red to orange
-GLOW = 9.0  # tuned: the line is brighter than paper in daylight, and does not burn out a frame
-FRAY_FROM = 0.90  # part of the fuel gone at which the rim begins to fray
+GLOW = 5.0  # tuned: the line is brighter than paper in daylight, and does not burn out a frame
+FRAY_FROM = 0.78  # part of the fuel gone at which the rim begins to fray
 
 
 def burn_material(sheet: bpy.types.Object) -> bpy.types.Material:
@@ -41,25 +41,26 @@ def build_material(name: str) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     tree = Tree(material.node_tree)
-    char, burn, kelvin = (tree.attribute(key) for key in ("char", "burn", "temperature"))
+    char, burn, kelvin = (tree.attribute(key) for key in ("char", "burn", "kelvin"))
     rest = tree.attribute("rest", "Vector")
     grain = tree.noise(rest, GRAIN, "Grain")
     clouds = tree.noise(rest, CLOUDS, "Clouds")
 
     # The border of the scorch wanders by patches and specks, most where it is half done.
-    wander = tree.math("ADD", tree.spread(clouds, 0.30), tree.spread(grain, 0.14))
+    wander = tree.math("ADD", tree.spread(clouds, 0.9), tree.spread(grain, 0.6))
     open_part = tree.math("MULTIPLY", char, tree.math("SUBTRACT", 1.0, char))
     dark = tree.math("ADD", char, tree.math("MULTIPLY", tree.math("MULTIPLY", wander, 4.0), open_part), clamp=True)
     scorched = tree.ramp(dark, SCORCH, "Scorch")
 
     # What has burnt out is ash: grey, in specks.
-    ashen = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.5)), 0.72, 1.02)
+    ashen = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.8)), 0.66, 0.82)
     color = tree.mix(ashen, scorched, ASH, "Ash")
 
     # Only what still burns glows: hot, and neither fresh nor burnt out.
     hot = tree.between(kelvin, GLOW_FROM, GLOW_TO)
-    burning = tree.math("MULTIPLY", tree.between(burn, 0.25, 0.6), tree.math("SUBTRACT", 1.0, ashen))
-    embers = tree.math("POWER", tree.between(tree.math("ADD", tree.spread(grain, 1.0), 0.5), 0.25, 0.75), 1.5)
+    ragged = tree.math("ADD", burn, tree.spread(clouds, 0.5))
+    burning = tree.math("MULTIPLY", tree.between(ragged, 0.42, 0.62), tree.math("SUBTRACT", 1.0, ashen))
+    embers = tree.between(grain, 0.36, 0.64)
     strength = tree.value(GLOW, "Glow")
     for factor in (hot, burning, embers):
         strength = tree.math("MULTIPLY", strength, factor)
@@ -69,7 +70,7 @@ def build_material(name: str) -> bpy.types.Material:
     tree.link(tree.blackbody(kelvin), paper.inputs["Emission Color"])
     tree.link(strength, paper.inputs["Emission Strength"])
     tree.link(tree.bump(tree.math("MULTIPLY", grain, dark)), paper.inputs["Normal"])
-    frayed = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.16)), FRAY_FROM, FRAY_FROM + 0.06)
+    frayed = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.7)), FRAY_FROM, FRAY_FROM + 0.04)
     alpha = tree.math("SUBTRACT", 1.0, frayed)
 
     # Light comes through paper, not through char.
