@@ -1,4 +1,4 @@
-"""Packs the add-on: writes charcloth-blender-<version>.zip into a folder (default: this one), the same bytes every time.
+"""Packs the add-on: charcloth-blender-<version>.zip in a folder (default: this one), the same bytes every time.
 
 python3 blender/package.py [FOLDER]
 """

@@ -1,7 +1,7 @@
 """Charcloth in Blender: a mesh is burnt by the `charcloth` program and comes back as a sequence ready to render.
 
-`properties` is what an artist sets, `panel` shows it, `operators` act on it. `mesh_file` and `scene_file` write what the
-program reads, `job` runs the program, `loader` brings the frames back, `material` draws them.
+`properties` is what an artist sets, `panel` shows it, `operators` act on it. `mesh_file` and `scene_file` write what
+the program reads, `job` runs the program, `loader` brings the frames back, `material` draws them.
 """
 
 from . import operators, panel, preferences, properties

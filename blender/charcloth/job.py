@@ -7,6 +7,7 @@ import signal
 import subprocess
 import threading
 from dataclasses import dataclass, field
+from typing import IO
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class Job:
         for thread in self._threads:
             thread.start()
 
-    def _listen(self, name: str, stream) -> None:
+    def _listen(self, name: str, stream: IO[str]) -> None:
         for line in stream:
             self._lines.put((name, line.rstrip("\n")))
         stream.close()

@@ -11,7 +11,7 @@ import bpy
 
 NAME = "Charcloth paper"
 
-# Colours, linear. tuned by eye: paper as it is printed on, scorch from straw to coffee, char nearly black, ash light grey.
+# Colours, linear. tuned by eye: paper as it is printed on, scorch from straw to coffee, char nearly black, ash grey.
 PAPER = (0.82, 0.79, 0.72, 1.0)
 SCORCH = (
     (0.00, PAPER),
@@ -25,7 +25,9 @@ ASH = (0.16, 0.155, 0.15, 1.0)
 GRAIN = 700.0  # [1/m]: fibres and specks of 1.5 mm
 CLOUDS = 110.0  # [1/m]: patches of 1 cm
 GLOW_FROM, GLOW_TO = 850.0, 1150.0  # [K]: dull red to orange
-GLOW = 5.0  # tuned: the line is brighter than paper in daylight, and does not burn out a frame
+GLOW_COLORS = (1250.0, 1800.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
+GLOW_RISES, GLOW_FALLS = (0.36, 0.50), (0.58, 0.74)  # part of the fuel gone; tuned: a line, with char on both sides
+GLOW = 6.0  # tuned: the line is brighter than paper in daylight, and keeps its colour
 FRAY_FROM = 0.78  # part of the fuel gone at which the rim begins to fray
 
 
@@ -53,13 +55,13 @@ def build_material(name: str) -> bpy.types.Material:
     scorched = tree.ramp(dark, SCORCH, "Scorch")
 
     # What has burnt out is ash: grey, in specks.
-    ashen = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.8)), 0.66, 0.82)
+    ashen = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.8)), 0.68, 0.84)
     color = tree.mix(ashen, scorched, ASH, "Ash")
 
     # Only what still burns glows: hot, and neither fresh nor burnt out.
     hot = tree.between(kelvin, GLOW_FROM, GLOW_TO)
     ragged = tree.math("ADD", burn, tree.spread(clouds, 0.5))
-    burning = tree.math("MULTIPLY", tree.between(ragged, 0.42, 0.62), tree.math("SUBTRACT", 1.0, ashen))
+    burning = tree.math("MULTIPLY", tree.between(ragged, *GLOW_RISES), tree.between(ragged, *GLOW_FALLS, (1.0, 0.0)))
     embers = tree.between(grain, 0.36, 0.64)
     strength = tree.value(GLOW, "Glow")
     for factor in (hot, burning, embers):
@@ -67,7 +69,8 @@ def build_material(name: str) -> bpy.types.Material:
 
     paper = tree.node("ShaderNodeBsdfPrincipled", "Paper", {"Roughness": 0.85, "Specular IOR Level": 0.25})
     tree.link(color, paper.inputs["Base Color"])
-    tree.link(tree.blackbody(kelvin), paper.inputs["Emission Color"])
+    shown = tree.between(kelvin, GLOW_FROM, GLOW_TO, GLOW_COLORS)
+    tree.link(tree.blackbody(shown), paper.inputs["Emission Color"])
     tree.link(strength, paper.inputs["Emission Strength"])
     tree.link(tree.bump(tree.math("MULTIPLY", grain, dark)), paper.inputs["Normal"])
     frayed = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.7)), FRAY_FROM, FRAY_FROM + 0.04)
@@ -136,11 +139,14 @@ class Tree:
         """Noise about zero, `height` from its low to its high."""
         return self.math("MULTIPLY", self.math("SUBTRACT", noise, 0.5), height)
 
-    def between(self, value: Any, low: float, high: float) -> bpy.types.NodeSocket:
-        """0 below `low`, 1 above `high`, smooth between."""
+    def between(
+        self, value: Any, low: float, high: float, to: tuple[float, float] = (0.0, 1.0)
+    ) -> bpy.types.NodeSocket:
+        """From one value below `low` to another above `high`, smooth between."""
         node = self.node("ShaderNodeMapRange", f"{low:g} to {high:g}", {})
         node.interpolation_type = "SMOOTHSTEP"
-        for name, source in (("Value", value), ("From Min", low), ("From Max", high)):
+        names = ("Value", "From Min", "From Max", "To Min", "To Max")
+        for name, source in zip(names, (value, low, high, *to), strict=True):
             self.link(source, node.inputs[name])
         return node.outputs[0]
 

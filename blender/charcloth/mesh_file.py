@@ -8,18 +8,18 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-LAYERS = ("pin", "ignite")
 # tuned: edges halve until they are below this part of the spacing, so lengths end about the spacing; 1.2 to 1.5 do.
 LONGEST = 1.4
 # tuned: part of an edge a point is moved at most, so that tears do not follow rows; from 0.35 triangles may turn over.
 IRREGULARITY = 0.3
+FLAT = 0.9999  # cosine of 0.8 degrees
 
 
 def write_sheet(sheet: bpy.types.Object, path: Path, metres: float, weights: dict[str, str], spacing: float) -> int:
     """Writes an object as it is evaluated now, and says how many points it has.
 
-    `metres` is the length of a unit of the scene [m], `weights` names a vertex group or attribute for each layer that is
-    wanted, `spacing` is the distance of points [m]; 0 leaves the faces as they are.
+    `metres` is the length of a unit of the scene [m], `weights` names a vertex group or attribute for each layer that
+    is wanted, `spacing` is the distance of points [m]; 0 leaves the faces as they are.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     evaluated = sheet.evaluated_get(depsgraph)
@@ -81,11 +81,7 @@ def _mean_of_corners(mesh: bpy.types.Mesh, values: np.ndarray) -> np.ndarray:
 
 
 def refine(work: bmesh.types.BMesh, spacing: float) -> None:
-    """Halves edges until none is much longer than the spacing [m], then moves new points about within their face."""
-    origin = work.faces.layers.int.new("charcloth_face")
-    for number, face in enumerate(work.faces):
-        face[origin] = number
-    before = set(work.verts)
+    """Halves edges until none is much longer than the spacing [m], then moves points about where the sheet is flat."""
     for _ in range(16):
         long = [edge for edge in work.edges if edge.calc_length() > LONGEST * spacing]
         if not long:
@@ -95,15 +91,20 @@ def refine(work: bmesh.types.BMesh, spacing: float) -> None:
         if bad:
             bmesh.ops.triangulate(work, faces=bad)
     bmesh.ops.triangulate(work, faces=work.faces[:], quad_method="ALTERNATE")
-    _shake(work, [point for point in work.verts if point not in before and _is_inside(point, origin)])
+    work.verts.index_update()
+    work.edges.index_update()
+    work.normal_update()
+    _shake(work, [point for point in work.verts if _is_free(point, work.loops.layers.uv.active)])
 
 
-def _is_inside(point: bmesh.types.BMVert, origin: bmesh.types.BMLayerItem) -> bool:
-    """Whether all around a point was one flat face."""
+def _is_free(point: bmesh.types.BMVert, uv: bmesh.types.BMLayerItem | None) -> bool:
+    """Whether a point can slide and the sheet look the same: flat around it, no border and no seam."""
     faces = point.link_faces
-    if point.is_boundary or len({face[origin] for face in faces}) != 1:
+    if point.is_boundary or not point.is_manifold:
         return False
-    return all(faces[0].normal.dot(face.normal) > 0.9999 for face in faces)
+    if uv is not None and len({tuple(round(x, 5) for x in corner[uv].uv) for corner in point.link_loops}) > 1:
+        return False
+    return all(faces[0].normal.dot(face.normal) > FLAT for face in faces)
 
 
 def _shake(work: bmesh.types.BMesh, points: list[bmesh.types.BMVert]) -> None:

@@ -68,7 +68,8 @@ class SheetSettings(bpy.types.PropertyGroup):
         description="Distance of points [m]; half of it takes eight times as long",
     )
     overrides: StringProperty(
-        name="More Keys", description='Further keys of the scene, such as fire.cooling_rate=0.5; shell.thickness="0.2 mm"'
+        name="More Keys",
+        description="Further keys of the scene, with semicolons between: fire.cooling_rate=0.5; shell.thickness=0.2 mm",
     )
     folder: StringProperty(
         name="Output", subtype="DIR_PATH", default="//charcloth/", description="A folder in it is made for the object"
@@ -78,7 +79,7 @@ class SheetSettings(bpy.types.PropertyGroup):
     message: StringProperty(default="", options={"HIDDEN"})
     progress: FloatProperty(default=0.0, options={"HIDDEN"})
     burnt: PointerProperty(type=bpy.types.Object, poll=is_mesh, options={"HIDDEN"})
-    sheet: PointerProperty(type=bpy.types.Object, poll=is_mesh, options={"HIDDEN"})  # of what is burnt: where it is from
+    sheet: PointerProperty(type=bpy.types.Object, poll=is_mesh, options={"HIDDEN"})  # of the burnt one: what it was
 
 
 class SparkSettings(bpy.types.PropertyGroup):

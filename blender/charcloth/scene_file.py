@@ -38,7 +38,7 @@ def metres_per_unit(scene: bpy.types.Scene) -> float:
 
 
 def write_scene(sheet: bpy.types.Object, scene: bpy.types.Scene) -> Path:
-    """Writes mesh and scene into the folder of the sheet, as they are at the first frame, and returns the scene file."""
+    """Writes mesh and scene, as they are at the first frame, into the folder of the sheet; returns the scene file."""
     folder = run_folder(sheet)
     folder.mkdir(parents=True, exist_ok=True)
     settings = sheet.charcloth

@@ -38,12 +38,14 @@ spark = settings.sparks.objects[0]
 spark.charcloth_spark.length = 0.3
 
 
-def burn(operator=bpy.ops.charcloth.burn):
+def burn() -> set[str]:
+    """Presses the button with the sheet active."""
     bpy.context.view_layer.objects.active = sheet
-    return operator()
+    return bpy.ops.charcloth.burn()
 
 
-def fails(word):
+def fails(word: str) -> None:
+    """Burns, which must go wrong and say why."""
     try:
         burn()
     except RuntimeError as error:

@@ -5,8 +5,13 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-WIDTHS = {"FLOAT": ("value", 1), "INT": ("value", 1), "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4),
-          "BYTE_COLOR": ("color", 4)}
+WIDTHS = {
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+}
 
 
 def evaluated(thing: bpy.types.Object, frame: int) -> bpy.types.Mesh:
@@ -33,8 +38,10 @@ def cache_frame(run: Path, number: int) -> tuple[dict, np.ndarray, np.ndarray]:
 
 
 def check_frames(thing: bpy.types.Object, run: Path, start: int, last: int, reads: str) -> list[int]:
-    """Compares every frame with the cache, and says how many faces each has. `reads` is "all" or "colors": attributes
-    that the importer keeps. Frame 0 of the cache stands at frame `start` of the scene."""
+    """Compares every frame with the cache, and says how many faces each has.
+
+    `reads` is "all" or "colors": attributes that the importer keeps. Frame 0 of the cache stands at frame `start`.
+    """
     counts = []
     fps = bpy.context.scene.render.fps
     for number in range(last + 1):
