@@ -25,9 +25,9 @@ ASH = (0.16, 0.155, 0.15, 1.0)
 GRAIN = 700.0  # [1/m]: fibres and specks of 1.5 mm
 CLOUDS = 110.0  # [1/m]: patches of 1 cm
 GLOW_FROM, GLOW_TO = 850.0, 1150.0  # [K]: dull red to orange
-GLOW_COLORS = (1250.0, 1800.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
+GLOW_COLORS = (1150.0, 1650.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
 GLOW_RISES, GLOW_FALLS = (0.36, 0.50), (0.58, 0.74)  # part of the fuel gone; tuned: a line, with char on both sides
-GLOW = 6.0  # tuned: the line is brighter than paper in daylight, and keeps its colour
+GLOW = 3.5  # tuned: the line is brighter than paper in daylight, and keeps its colour
 FRAY_FROM = 0.78  # part of the fuel gone at which the rim begins to fray
 
 

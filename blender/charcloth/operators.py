@@ -99,7 +99,7 @@ class _Burning(_Sheet):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Starts; without a window, goes on to the end."""
-        sheet, self._scene = sheet_of(context), context.scene
+        sheet = sheet_of(context)
         if context.mode != "OBJECT":
             bpy.ops.object.mode_set(mode="OBJECT")
         try:
@@ -107,10 +107,11 @@ class _Burning(_Sheet):
         except (ValueError, OSError) as error:
             return self.fail(sheet, error)
         sheet.charcloth.message = ""
-        self._sheet = sheet
+        # By name: an undo meanwhile makes other objects of the same names.
+        self._names = (sheet.name, context.scene.name)
         if bpy.app.background or context.window is None:
             self._job.wait()
-            return self._finish()
+            return self._finish(sheet, context.scene)
         show(sheet, self._job)
         self._timer = context.window_manager.event_timer_add(INTERVAL, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -121,25 +122,25 @@ class _Burning(_Sheet):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         over = self._job.poll()
-        try:
-            show(self._sheet, self._job)
-        except ReferenceError:  # the sheet was deleted
+        sheet, scene = bpy.data.objects.get(self._names[0]), bpy.data.scenes.get(self._names[1])
+        if sheet is None or scene is None:  # deleted, or renamed
             self._job.stop()
-            jobs_without(self._job)
+            jobs.pop(self._names[0], None)
             context.window_manager.event_timer_remove(self._timer)
             return {"CANCELLED"}
+        show(sheet, self._job)
         for area in context.screen.areas if context.screen else []:
             if area.type == "PROPERTIES":
                 area.tag_redraw()
         if not over:
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
-        return self._finish()
+        return self._finish(sheet, scene)
 
-    def _finish(self) -> set[str]:
-        error = conclude(self._sheet, self._scene, self._job)
+    def _finish(self, sheet: bpy.types.Object, scene: bpy.types.Scene) -> set[str]:
+        error = conclude(sheet, scene, self._job)
         if error:
-            return self.fail(self._sheet, error)
+            return self.fail(sheet, error)
         return {"CANCELLED"} if self._job.stopped else {"FINISHED"}
 
 
@@ -226,12 +227,6 @@ class AddSpark(_Sheet):
         spark.location = context.scene.cursor.location
         settings.sparks.objects.link(spark)
         return {"FINISHED"}
-
-
-def jobs_without(job: Job) -> None:
-    """Forgets a job."""
-    for name in [name for name, known in jobs.items() if known is job]:
-        del jobs[name]
 
 
 @persistent

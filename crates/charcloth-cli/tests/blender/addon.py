@@ -4,6 +4,7 @@ Arguments: archive of the add-on, the charcloth program, a folder to write into.
 """
 
 import sys
+import time
 from pathlib import Path
 
 import bpy
@@ -64,6 +65,23 @@ settings.pin = "held"
 addon.preferences.program = "/nowhere/charcloth"
 fails("preferences")
 addon.preferences.program = program
+
+# As with a window: the job is looked at from time to time, cancelled in mid-run, and gone on with.
+operators = sys.modules["bl_ext.user_default.charcloth.operators"]
+settings.frame_end = START + 1000
+job = operators.start(sheet, scene, resume=False)
+while not job.frame and not job.poll():
+    operators.show(sheet, job)
+    time.sleep(0.02)
+bpy.context.view_layer.objects.active = sheet
+bpy.ops.charcloth.cancel()
+job.wait()
+assert operators.conclude(sheet, scene, job) == "" and job.stopped and job.frame < 1000, job
+assert "Resume" in settings.message and operators.can_resume(sheet) and settings.burnt is None
+settings.frame_end = START + job.frame + 2
+assert bpy.ops.charcloth.resume() == {"FINISHED"}, settings.message
+check_frames(settings.burnt, Path(folder) / "letter" / "run", START, job.frame + 2, reads="all")
+settings.frame_end = START + 24
 
 assert burn() == {"FINISHED"}, settings.message
 assert not settings.state and sheet.hide_get() and sheet.hide_render
