@@ -2,7 +2,8 @@
 //!
 //! Each sub-command is a file in [`commands`] and a row of its table. What they share: [`scenes`] finds scenes by name
 //! or path, [`files`] reads what a scene names, [`run_folder`] is the layout of a run on disk, [`recorder`] takes the
-//! frames of a run, [`preview`] and [`film`] draw them, [`frames`] is how frames are named on the command line.
+//! frames of a run, [`preview`] and [`film`] draw them, [`progress`]
+//! says how far it is, [`frames`] is how frames are named on the command line.
 
 mod commands;
 mod files;
@@ -10,6 +11,7 @@ mod film;
 mod frames;
 mod interrupt;
 mod preview;
+mod progress;
 mod recorder;
 mod run_folder;
 mod scenes;

@@ -93,6 +93,35 @@ fn a_resumed_run_has_the_same_bits() {
     assert!(code == 2 && error.contains("has reached frame 8"), "{error}");
 }
 
+#[test]
+fn programs_read_how_far_it_is() {
+    let folder = Folder::new("progress");
+    folder.write("small.toml", SMALL);
+    let events = |arguments: &[&str]| -> Vec<serde_json::Value> {
+        let (out, error) = fine(&folder.0, &[arguments, &["--progress", "json"]].concat());
+        assert_eq!(error, "", "all is told in events");
+        out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let run = events(&["run", "small.toml", "-o", "run", "--no-movie", "--set", "time.substeps=1000"]);
+    assert_eq!((&run[0]["event"], &run[0]["scene"], &run[0]["last"]), (&"start".into(), &"small".into(), &8.into()));
+    let frames: Vec<_> = run.iter().filter(|event| event["event"] == "frame").collect();
+    assert!(frames.iter().zip(0..).all(|(event, number)| event["frame"] == number && event["last"] == 8));
+    assert!(frames.len() == 9 && frames[8]["left_s"] == 0.0 && frames[8]["burning_nodes"].is_number(), "{frames:?}");
+    let end = &run[run.len() - 1];
+    assert_eq!((&end["event"], &end["frame"], &end["stopped"]), (&"end".into(), &8.into(), &false.into()));
+
+    let more = events(&["run", "--resume", "run", "--no-movie", "--frames", "9"]);
+    assert_eq!((&more[0]["resumed_from"], &more[1]["frame"]), (&8.into(), &9.into()));
+
+    let export = events(&["export", "run", "--format", "usd"]);
+    assert!(export[..10].iter().zip(1..).all(|(event, done)| event["done"] == done && event["total"] == 10));
+    assert_eq!(export[10]["files"][0], "run/usd/sheet.usdc");
+
+    folder.write("warns.toml", SMALL.replace("60 mm", "60 m").replace("6 mm", "6 m").replace("15 mm", "15 m"));
+    let warned = events(&["run", "warns.toml", "--no-movie", "--frames", "1", "--set", "time.substeps=1"]);
+    assert!(warned.iter().all(|event| event["event"] != "warning" || event["text"].is_string()), "{warned:?}");
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_saves_and_says_how_to_go_on() {

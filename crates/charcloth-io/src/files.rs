@@ -2,7 +2,7 @@
 
 use crate::error::IoError;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Ending of files that are still being written; nothing reads them, and a later run removes what a crash left.
@@ -38,11 +38,47 @@ impl From<IoError> for Failure {
     }
 }
 
+/// The file under its temporary name. After the first error it takes in whatever comes: archives end themselves when
+/// they are dropped, and would say on the terminal that they cannot.
+pub(crate) struct Target {
+    file: File,
+    failed: bool,
+}
+
+impl Target {
+    fn note<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        self.failed |= result.as_ref().is_err_and(|error| error.kind() != io::ErrorKind::Interrupted);
+        result
+    }
+}
+
+impl Write for Target {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.failed {
+            return Ok(bytes.len());
+        }
+        let written = self.file.write(bytes);
+        self.note(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let flushed = self.file.flush();
+        self.note(flushed)
+    }
+}
+
+impl Seek for Target {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let place = self.file.seek(to);
+        self.note(place)
+    }
+}
+
 /// Writes a file whole or not at all; what was there before stays until the new one is complete.
 pub(crate) fn write_whole(
     path: &Path,
     durability: Durability,
-    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    write: impl FnOnce(&mut BufWriter<Target>) -> io::Result<()>,
 ) -> Result<(), IoError> {
     write_streamed(path, durability, |out| Ok(write(out)?))
 }
@@ -51,15 +87,19 @@ pub(crate) fn write_whole(
 pub(crate) fn write_streamed(
     path: &Path,
     durability: Durability,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), Failure>,
+    write: impl FnOnce(&mut BufWriter<Target>) -> Result<(), Failure>,
 ) -> Result<(), IoError> {
     let partial = partial_name(path);
     let attempt = || -> Result<(), Failure> {
-        let mut writer = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
+        let mut writer = BufWriter::with_capacity(1 << 18, Target { file: File::create(&partial)?, failed: false });
         write(&mut writer)?;
         writer.flush()?;
+        let target = writer.get_ref();
+        if target.failed {
+            return Err(io::Error::other("part of it was not written").into());
+        }
         if durability == Durability::Machine {
-            writer.get_ref().sync_all()?;
+            target.file.sync_all()?;
         }
         drop(writer);
         fs::rename(&partial, path)?;

@@ -3,12 +3,14 @@
 use super::{Outcome, Run};
 use crate::frames::Frames;
 use crate::interrupt;
+use crate::progress::{Style, tell};
 use anyhow::Context;
 use charcloth_io::cache::CacheReader;
 use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
+use serde_json::json;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -35,6 +37,9 @@ pub struct Arguments {
     /// Velocities from frame to frame, not of the moment: motion blur without the trembling of the sheet within a frame
     #[arg(long)]
     mean_velocities: bool,
+    /// How to say how far it is: words, or json for programs, one object a line
+    #[arg(long, value_name = "HOW", value_enum, default_value_t, hide_possible_values = true)]
+    progress: Style,
 }
 
 impl Run for Arguments {
@@ -48,16 +53,24 @@ impl Run for Arguments {
             mean_velocities: self.mean_velocities,
         };
         interrupt::watch()?;
-        let bar = ProgressBar::new(0);
+        let json = self.progress == Style::Json;
+        let bar = if json { ProgressBar::hidden() } else { ProgressBar::new(0) };
         let mut progress = |now: charcloth_io::exporters::Progress<'_>| {
             bar.set_length(now.total as u64);
             bar.set_position(now.done as u64);
+            if json {
+                tell(&json!({ "event": "frame", "done": now.done, "total": now.total }));
+            }
             if interrupt::asked_to_stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let written = export(&cache, &self.format, &options, &folder, &mut progress)?;
         bar.finish_and_clear();
         let first = written.first().context("nothing was written")?;
-        println!("{} files from {}", written.len(), first.display());
+        if json {
+            tell(&json!({ "event": "end", "files": &written, "stopped": interrupt::asked_to_stop() }));
+        } else {
+            println!("{} files from {}", written.len(), first.display());
+        }
         Ok(Outcome::Fine)
     }
 }

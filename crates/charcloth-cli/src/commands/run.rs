@@ -5,6 +5,7 @@ use crate::files::Files;
 use crate::film::Shot;
 use crate::frames::Frames;
 use crate::preview::{Pictures, Plan, Preview};
+use crate::progress::{Report, Style, tell};
 use crate::recorder::Recorder;
 use crate::run_folder::{self, human_bytes, human_time};
 use crate::{interrupt, scenes};
@@ -16,6 +17,7 @@ use charcloth_io::scene_file::{Case, load};
 use charcloth_render::LOOKS;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -51,6 +53,16 @@ pub struct Arguments {
     /// Make no movie
     #[arg(long)]
     no_movie: bool,
+    /// How to say how far it is: words, or json for programs, one object a line
+    #[arg(
+        long,
+        value_name = "HOW",
+        value_enum,
+        default_value_t,
+        conflicts_with = "quiet",
+        hide_possible_values = true
+    )]
+    progress: Style,
     /// Say nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -103,7 +115,8 @@ impl Run for Arguments {
         interrupt::watch()?;
         let preview = self.preview(&case, &folder, resumed_from)?;
         let first = resumed_from.map_or(0, |frame| frame + 1);
-        let mut recorder = Recorder::new(cache, preview, first, last, self.quiet);
+        let report = self.report();
+        let mut recorder = Recorder::new(cache, preview, first, last, report);
         let simulated = simulation.run(last, &mut recorder);
         let (cached, pictures) = recorder.close();
 
@@ -116,7 +129,7 @@ impl Run for Arguments {
         summary.warnings.extend(simulated.as_ref().err().map(ToString::to_string));
         let pictures = pictures.unwrap_or_else(|error| {
             let warning = format!("no pictures: {error:#}");
-            eprintln!("warning: {warning}");
+            report.warn(&warning);
             summary.warnings.push(warning);
             Pictures::default()
         });
@@ -133,13 +146,18 @@ impl Run for Arguments {
         }
         cached?;
         saved?;
-        if recorder.interrupted {
+        if report == Report::Json {
+            tell(&json!({
+                "event": "end", "frame": recorder.last_frame, "last": last, "stopped": recorder.interrupted,
+                "wall_s": summary.wall_s, "burnt_area_fraction": summary.burnt_area_fraction
+            }));
+        } else if recorder.interrupted {
             eprintln!(
                 "stopped after frame {} of {last}; go on with\n\n  charcloth run --resume {}",
                 recorder.last_frame.unwrap_or(0),
                 folder.display()
             );
-        } else if !self.quiet {
+        } else if report == Report::Words {
             conclude(&folder, &pictures, summary.wall_s, summary.burnt_area_fraction);
         }
         Ok(Outcome::Fine)
@@ -147,6 +165,10 @@ impl Run for Arguments {
 }
 
 impl Arguments {
+    fn report(&self) -> Report {
+        Report::new(self.progress, self.quiet)
+    }
+
     fn fresh_run(&self) -> anyhow::Result<(Case, PathBuf)> {
         let file = scenes::open(self.scene.as_deref().unwrap_or(scenes::DEFAULT), &self.overrides)?;
         let case = scenes::one_case(file, self.case.as_deref())?;
@@ -182,14 +204,22 @@ impl Arguments {
         resumed_from: Option<u32>,
         warnings: &[String],
     ) {
+        let report = self.report();
         for warning in warnings {
-            eprintln!("warning: {warning}");
-        }
-        if self.quiet {
-            return;
+            report.warn(warning);
         }
         let last = case.scene.time.frames;
         let frame = simulation.frame();
+        match report {
+            Report::Nobody => return,
+            Report::Json => {
+                return tell(&json!({
+                    "event": "start", "scene": case.name, "folder": folder, "nodes": frame.motion.len(), "last": last,
+                    "resumed_from": resumed_from
+                }));
+            }
+            Report::Words => {}
+        }
         let frames_left = u64::from(last.saturating_sub(resumed_from.unwrap_or(0))) + 1;
         let disk = human_bytes(run_folder::frame_bytes(&frame) * frames_left);
         let about = if case.scene.about.is_empty() { String::new() } else { format!(": {}", case.scene.about) };

@@ -1,4 +1,5 @@
 //! What the tests of the command share: a folder each, and the command itself.
+#![allow(dead_code)] // no test file uses all of it
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

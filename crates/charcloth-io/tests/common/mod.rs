@@ -1,6 +1,7 @@
 //! What several tests need: a folder that goes away, and a small sheet in mid-burn.
 #![allow(dead_code)] // no test file uses all of it
 
+pub mod environment;
 pub mod node;
 pub mod python;
 

@@ -1,5 +1,6 @@
-//! A Python with the readers that exports are checked with, in a virtual environment kept in the target folder.
+//! A Python with the readers that exports are checked with.
 
+use super::environment;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -11,41 +12,13 @@ const PACKAGES: &[&str] =
 /// The Python to run the readers with; says why where there is none.
 pub fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    match PYTHON.get_or_init(environment) {
+    match PYTHON.get_or_init(|| environment::with_packages(PACKAGES)) {
         Ok(python) => Some(python),
         Err(why) => {
             println!("SKIPPED: no Python with the readers ({why}); PYTHON may name a Python 3.11 or later");
             None
         }
     }
-}
-
-/// Makes the environment, unless it is there from an earlier run. It gets its name when it is complete.
-fn environment() -> Result<PathBuf, String> {
-    let versions: String = PACKAGES.join("-").chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
-    let home = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("readers-{versions}"));
-    let python = |folder: &Path| folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    if python(&home).exists() {
-        return Ok(python(&home));
-    }
-    let fresh = home.with_extension(std::process::id().to_string());
-    let base = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let made = run(Command::new(base).args(["-m", "venv"]).arg(&fresh)).and_then(|()| {
-        let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary", ":all:"];
-        run(Command::new(python(&fresh)).args(install).args(PACKAGES))
-    });
-    // Another test may have been quicker; then its environment is as good.
-    let named = made.and_then(|()| std::fs::rename(&fresh, &home).map_err(|error| error.to_string()));
-    if named.is_err() {
-        let _ = std::fs::remove_dir_all(&fresh);
-    }
-    if python(&home).exists() { Ok(python(&home)) } else { named.map(|()| python(&home)) }
-}
-
-fn run(command: &mut Command) -> Result<(), String> {
-    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
-    let last = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned();
-    if output.status.success() { Ok(()) } else { Err(last) }
 }
 
 /// Runs a reader of `tests/readers` with arguments; it must end well and say that all is sound.

@@ -1,0 +1,67 @@
+"""Materials: tables of scene keys, each as in the built-in scene it is named after."""
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A material: what it is called, and the keys of a scene (docs/scenes.md) that make it."""
+
+    label: str
+    about: str
+    keys: dict[str, dict[str, Any]]
+
+
+PRESETS: dict[str, Preset] = {
+    "film": Preset(
+        "Copy paper, film speed",
+        "Sheet of 80 g/m2 that burns at about 35 mm/s: A4 in eight seconds. As the scene a4",
+        {
+            "sheet": {"grammage": 0.080},
+            "sheet.variation": {"noise": 0.20, "correlation_length": 0.007},
+            "fire": {"burn_time": 0.34, "heat_of_combustion": 1.35e6, "diffusivity": 1.4e-4},
+            "mechanics": {"structural": 90.0, "flexion": 9.0, "strength": 16.0, "damping": 2.0},
+            "thermal_force": {"contraction": 2.5e-4},
+            "curl": {"pressure": 0.004},
+        },
+    ),
+    "real": Preset(
+        "Copy paper, real speed",
+        "Sheet of 80 g/m2 that burns at about 2.7 mm/s, as measured on paper. Wants a spacing of 1 mm",
+        {"mechanics": {"strength": 16.0, "damping": 2.0}},
+    ),
+    "curl": Preset(
+        "Curling paper",
+        "The burning edge curls over and nothing tears. As the scene curl",
+        {
+            "sheet.variation": {"noise": 0.15, "correlation_length": 0.008},
+            "fire": {"burn_time": 0.7, "heat_of_combustion": 1.3e6, "diffusivity": 1.6e-4},
+            "mechanics": {"structural": 50.0, "flexion": 5.0, "damping": 3.0},
+            "thermal_force": {"contraction": 1.5e-4},
+            "curl": {"pressure": 0.012},
+        },
+    ),
+    "tear": Preset(
+        "Tearing paper",
+        "Weak sheet; cracks run ahead of the fire where it is stretched. As the scene tear",
+        {
+            "sheet.variation": {"noise": 0.25, "correlation_length": 0.009},
+            "fire": {"burn_time": 0.8, "heat_of_combustion": 1.3e6, "diffusivity": 1.6e-4},
+            "mechanics": {"structural": 60.0, "flexion": 4.0, "strength": 7.0, "damping": 2.0},
+            "thermal_force": {"contraction": 1e-4},
+            "curl": {"pressure": 0.005},
+        },
+    ),
+    "flake": Preset(
+        "Flaking paper",
+        "Very uneven sheet; fires go round its thick places, which come off and fall. As the scene flake",
+        {
+            "sheet.variation": {"noise": 0.85, "correlation_length": 0.014},
+            "fire": {"burn_time": 0.35, "heat_of_combustion": 1.3e6, "diffusivity": 1.1e-4},
+            "mechanics": {"structural": 50.0, "flexion": 4.0, "strength": 5.0, "damping": 2.0},
+            "thermal_force": {"contraction": 1e-4},
+            "curl": {"pressure": 0.004},
+        },
+    ),
+}

@@ -1,0 +1,91 @@
+//! Blender, without a window: the add-on burns a plane from end to end, and files of `charcloth export` are imported.
+//! What is compared is said in `blender/`.
+//!
+//! Blender comes as the Python package `bpy`, which exists for one version of Python only and takes 1 GB of disk, so
+//! these tests run when they are asked for: `CHARCLOTH_BLENDER=1`.
+
+mod common;
+#[path = "../../charcloth-io/tests/common/environment.rs"]
+mod environment;
+
+use common::{Folder, run};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// What is installed (400 MB to fetch, 1 GB on the disk), and the Python it is built for.
+const PACKAGES: &[&str] = &["bpy==5.0.1"];
+const PYTHON: &str = "3.11";
+/// Frames of the run that is imported.
+const LAST: &str = "40";
+
+/// A Python that has Blender; says why where there is none.
+fn blender() -> Option<&'static Path> {
+    static BLENDER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    match BLENDER.get_or_init(find) {
+        Ok(python) => Some(python),
+        Err(why) => {
+            println!("SKIPPED: no Blender ({why})");
+            None
+        }
+    }
+}
+
+fn find() -> Result<PathBuf, String> {
+    if !std::env::var("CHARCLOTH_BLENDER").is_ok_and(|asked| !asked.is_empty() && asked != "0") {
+        return Err("CHARCLOTH_BLENDER=1 asks for it; it takes 1 GB of disk".to_owned());
+    }
+    let version = "import sys; print('%d.%d' % sys.version_info[:2])";
+    let output = Command::new(environment::base()).args(["-c", version]).output().map_err(|error| error.to_string())?;
+    let version = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    match version == PYTHON {
+        true => environment::with_packages(PACKAGES),
+        false => Err(format!("{} is for Python {PYTHON}, this is {version}; PYTHON may name another", PACKAGES[0])),
+    }
+}
+
+/// Runs a script in Blender, which keeps its settings in a folder of the test.
+fn in_blender(python: &Path, folder: &Path, script: &str, arguments: &[&Path]) -> Output {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/blender").join(script);
+    let mut command = Command::new(python);
+    command.arg(script).args(arguments).env("BLENDER_USER_RESOURCES", folder.join("user")).current_dir(folder);
+    command.output().unwrap()
+}
+
+fn check(output: &Output, word: &str) {
+    let (out, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success() && out.contains(word), "{out}{error}");
+}
+
+fn package(python: &Path, folder: &Path) -> PathBuf {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../blender/package.py");
+    std::fs::create_dir_all(folder).unwrap();
+    let output = Command::new(python).arg(script).arg(folder).output().unwrap();
+    check(&output, "charcloth-blender-");
+    PathBuf::from(String::from_utf8_lossy(&output.stdout).trim())
+}
+
+#[test]
+fn the_add_on_burns_a_plane() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-add-on");
+    let archive = package(python, &folder.0.join("one"));
+    let again = package(python, &folder.0.join("two"));
+    assert!(std::fs::read(&archive).unwrap() == std::fs::read(again).unwrap(), "the archive has the same bytes");
+    let program = Path::new(env!("CARGO_BIN_EXE_charcloth"));
+    check(&in_blender(python, &folder.0, "addon.py", &[&archive, program, &folder.0.join("out")]), "SOUND");
+}
+
+#[test]
+fn blender_imports_usd_and_alembic() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-files");
+    let scene =
+        ["run", "a4", "--set", "up=z", "--set", "sheet.spacing=8mm", "--frames", LAST, "--no-movie", "-o", "run"];
+    let exports = ["usd", "abc"].map(|format| ["export", "run", "--format", format, "--mean-velocities"]);
+    for arguments in std::iter::once(&scene[..]).chain(exports.iter().map(|export| &export[..])) {
+        let (code, out, error) = run(&folder.0, arguments);
+        assert_eq!(code, 0, "{out}{error}");
+    }
+    check(&in_blender(python, &folder.0, "files.py", &[&folder.0.join("run"), Path::new(LAST)]), "SOUND");
+}
