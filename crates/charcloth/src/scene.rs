@@ -118,6 +118,17 @@ choice! {
 }
 
 choice! {
+    /// What is at the edges of the sheet.
+    Edges {
+        /// Air: flames reach round them, and fire runs faster along them.
+        #[default]
+        Free,
+        /// A frame that keeps gas from going round, as laboratories have it.
+        Framed,
+    }
+}
+
+choice! {
     /// What lies against the back of the sheet.
     Backing {
         /// Nothing: air on both faces.
@@ -239,6 +250,8 @@ pub struct Sheet {
     pub material: String,
     /// What lies against the back of the sheet, in the physical model.
     pub backing: Backing,
+    /// What is at its edges, in the physical model.
+    pub edges: Edges,
     /// How a built-in sheet is placed.
     pub pose: Pose,
     /// Where the middle of the sheet (the origin of a mesh file) is put.
@@ -272,6 +285,7 @@ impl Default for Sheet {
             burn_level: 0,
             material: "copy_paper_80".to_owned(),
             backing: Backing::default(),
+            edges: Edges::default(),
             pose: Pose::default(),
             position: [Length(0.0); 3],
             rotate: [Angle(0.0); 3],

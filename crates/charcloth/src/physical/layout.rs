@@ -7,7 +7,7 @@ use std::collections::BinaryHeap;
 /// No free edge is looked for farther away than this [m]; its flames are thinner.
 const FAR: f64 = 0.02;
 /// "No free edge near": a length that no flame has [m].
-const NOWHERE: f64 = 1e6;
+pub(super) const NOWHERE: f64 = 1e6;
 
 /// Links of the burn mesh, each at both its ends: those of node i are `start[i]..start[i + 1]`.
 #[derive(Debug, Clone, Default)]

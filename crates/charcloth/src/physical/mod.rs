@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::gases::{self, FACES, FaceExchange, FaceView, Gas, GasState, SheetView};
 use crate::material::Material;
 use crate::registry;
-use crate::scene::{Backing, Scene};
+use crate::scene::{Backing, Edges, Scene};
 use crate::sheet::{Books, BurnNodes, FaceNodes, SheetState};
 use crate::substances::{Masses, Substance};
 use conduction::Conduction;
@@ -190,12 +190,12 @@ impl Physical {
         let machine = scene.shell.thickness.0 * material.thermal.conductivity_machine.value.0;
         let cross = scene.shell.thickness.0 * material.thermal.conductivity_cross.value.0;
         physical.conduction.sheet_conductance = [machine, cross];
-        physical.fill(&mut built.state);
+        physical.fill(&mut built.state, scene.sheet.edges == Edges::Framed);
         Ok(physical)
     }
 
     /// The sheet in balance with the room.
-    fn fill(&self, state: &mut SheetState) {
+    fn fill(&self, state: &mut SheetState, framed: bool) {
         let count = state.burn.len();
         let wet: f64 = self.chemistry.composition().iter().sum();
         let edges = layout::free_edges(state);
@@ -211,8 +211,10 @@ impl Physical {
                 nodes.temperature[i] = room;
                 set_masses(&mut nodes, i, &layer.masses);
                 nodes.film_temperature[i] = film.temperature[face][0];
-                nodes.edge_length[i] = edges.length[i];
-                nodes.edge_distance[i] = edges.distance[i];
+                let [length, distance] =
+                    if framed { [0.0, layout::NOWHERE] } else { [edges.length[i], edges.distance[i]] };
+                nodes.edge_length[i] = length;
+                nodes.edge_distance[i] = distance;
             }
             *(if face == 0 { &mut state.front } else { &mut state.back }) = nodes;
         }
