@@ -19,6 +19,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "tear": "a stretched sheet, lit in the middle, tears along cracks";
     "flake": "uneven sheet in a draught: thick places come off and fly";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
+    "drape": "a napkin falls over a ball and onto the table";
     "hang": "a sheet without fire swings from two corners: the race of the integrators";
     "verification/burn_out": "a node is out after m0/k1, and all heat is accounted for";
     "verification/eigenmode_decay": "modes of conduction on a grid";

@@ -9,6 +9,8 @@
 
 use super::symplectic_euler::strain_max;
 use super::{Advanced, Integrator, Step};
+use crate::contact::response::Response;
+use crate::contact::scenery::Scenery;
 use crate::scene::{self, Scene, ThermalForceLaw, Threshold};
 use crate::sheet::{NONE, SheetState, SpringKind};
 use crate::shell::Shell;
@@ -20,6 +22,9 @@ use glam::DVec3;
 
 /// Most Newton iterations a step, conjugate-gradient iterations each, and halvings of an iteration's length.
 const NEWTON: usize = 20;
+/// Most Newton iterations of a step in which something touches, and corrections of each that mind what they would meet.
+const NEWTON_IN_CONTACT: usize = 60;
+const FORESIGHT: usize = 2;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
 /// Factor on estimated eigenvalues past which the solver gives up.
@@ -53,6 +58,9 @@ struct Implicit {
     bent: Vec<DVec3>,
     residual: Vec<DVec3>,
     rest_of_residual: Vec<DVec3>,
+    /// The residual without contact, and with it but without what is only expected.
+    outer: Vec<DVec3>,
+    honest: Vec<DVec3>,
     correction: Vec<DVec3>,
     sums: Vec<f64>,
     /// Connected piece of each node, and whether it hangs on nothing.
@@ -60,6 +68,9 @@ struct Implicit {
     floats: Vec<bool>,
     /// What is not in balance of each piece, and its mass and drag.
     piece_sums: Vec<(DVec3, f64)>,
+    /// Pieces that something touches.
+    touched: Vec<bool>,
+    contact: Option<Response>,
 }
 
 /// Builds the integrator.
@@ -84,11 +95,15 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         bent: Vec::new(),
         residual: Vec::new(),
         rest_of_residual: Vec::new(),
+        outer: Vec::new(),
+        honest: Vec::new(),
         correction: Vec::new(),
         sums: Vec::new(),
         piece: Vec::new(),
         floats: Vec::new(),
         piece_sums: Vec::new(),
+        touched: Vec::new(),
+        contact: None,
     })
 }
 
@@ -106,15 +121,36 @@ impl Integrator for Implicit {
         self.shell.update(state, material, mechanics.residual_stiffness.0, contraction, fire.ambient_temperature.0);
         self.load(state, step);
         let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
-        for _ in 0..substeps {
+        for substep in 0..substeps {
             let dt = step.dt / f64::from(substeps);
             let h = self.look_back(state, dt);
+            if let Some(contact) = &mut self.contact {
+                let time = state.books.time[0] + f64::from(substep) * dt;
+                contact.begin(&state.motion.position, [time, time + dt]);
+            }
             self.solve(h, parallel, &mut report);
+            if let Some(contact) = &mut self.contact {
+                report.passed_through += contact.passed_through();
+                report.stalled |= !contact.has_arrived();
+            }
             self.store(state, dt);
         }
         report.broken = self.break_springs(state, step);
         report.strain_max = strain_max(state);
         report
+    }
+
+    fn meet(&mut self, scenery: Scenery) {
+        self.contact = Response::of(&self.scene, scenery);
+    }
+
+    fn crossings(&mut self, state: &SheetState, topology: u64) -> Option<usize> {
+        self.contact.as_ref()?;
+        if self.topology != Some(topology) {
+            self.lay_out(state);
+            self.topology = Some(topology);
+        }
+        Some(self.contact.as_mut()?.crossings(&state.motion.position, state.books.time[0]))
     }
 }
 
@@ -126,6 +162,9 @@ impl Implicit {
         (self.shell, self.matrix) = Shell::lay_out(state, &self.scene.shell, &self.fixed);
         self.multigrid = Multigrid::lay_out(&self.matrix, &self.fixed);
         self.find_pieces();
+        if let Some(contact) = &mut self.contact {
+            contact.lay_out(state, &self.fixed);
+        }
         for buffer in [
             &mut self.from,
             &mut self.speed_from,
@@ -136,6 +175,8 @@ impl Implicit {
             &mut self.bent,
             &mut self.residual,
             &mut self.rest_of_residual,
+            &mut self.outer,
+            &mut self.honest,
             &mut self.correction,
         ] {
             buffer.clear();
@@ -173,6 +214,11 @@ impl Implicit {
     /// Puts right what the linear solver has left of the momentum of pieces that hang on nothing: elastic forces cannot
     /// change it, so the last word needs no iteration.
     fn balance_momentum(&mut self) {
+        self.touched.clear();
+        self.touched.resize(self.floats.len(), false);
+        if let Some(contact) = &self.contact {
+            contact.touched(|i| self.touched[self.piece[i] as usize] = true);
+        }
         self.piece_sums.clear();
         self.piece_sums.resize(self.floats.len(), (DVec3::ZERO, 0.0));
         for (i, piece) in self.piece.iter().enumerate() {
@@ -181,7 +227,7 @@ impl Implicit {
             *mass += self.diagonal[i];
         }
         for (i, piece) in self.piece.iter().enumerate() {
-            if self.floats[*piece as usize] {
+            if self.floats[*piece as usize] && !self.touched[*piece as usize] {
                 let (left, mass) = self.piece_sums[*piece as usize];
                 self.correction[i] += left / mass;
             }
@@ -237,6 +283,9 @@ impl Implicit {
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
+        if self.contact.is_some() {
+            self.start_apart(h);
+        }
         self.candidate.copy_from_slice(&self.speed);
         let mut energy = self.energy(h, damping, parallel);
         let moving = 0.5
@@ -244,31 +293,54 @@ impl Implicit {
                 part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
             });
         let mut first_gain = 0.0;
-        for iteration in 0..NEWTON {
+        let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
+        for iteration in 0..most {
+            if let Some(contact) = &mut self.contact {
+                contact.detect(&self.speed, h);
+                energy += contact.energy(&self.position, &self.speed, h);
+            }
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
-            self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
-            let iterations = self.solve_linear(linear, 0.01 * still, parallel);
+            std::mem::swap(&mut self.outer, &mut self.residual);
+            let mut share = 1.0;
+            for round in 0..=FORESIGHT {
+                self.correct(h, damping, linear, 0.01 * still, parallel, report);
+                if round == 0 {
+                    std::mem::swap(&mut self.honest, &mut self.residual);
+                }
+                let Some(contact) = &mut self.contact else { break };
+                for i in 0..self.speed.len() {
+                    self.candidate[i] = self.position[i] + self.correction[i] * h;
+                }
+                share = contact.safe_share(&self.candidate);
+                if share == 1.0 || round == FORESIGHT || !contact.expect() {
+                    break;
+                }
+            }
             report.iterations[0] += 1;
-            report.iterations[1] += iterations as u32;
-            self.balance_momentum();
-            let Self { residual, correction, sums, .. } = self;
+            let Self { honest, correction, sums, .. } = self;
             let gain =
-                sum_by_rows(residual.len(), parallel, sums, |part| part.map(|i| residual[i].dot(correction[i])).sum());
+                sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
             if iteration == 0 {
                 first_gain = gain;
             }
+            // What carries the sheet along does work on it, and the energy may rise.
+            let carried = self.contact.as_ref().is_some_and(|contact| !contact.has_arrived());
             // A shorter step where the full one does not lower the energy as it should [Armijo1966].
-            let mut length = 1.0;
+            let mut length = share;
             let mut fell = false;
             for _ in 0..HALVINGS {
                 for i in 0..self.speed.len() {
                     self.candidate[i] = self.speed[i] + self.correction[i] * length;
                 }
-                let tried = self.energy(h, damping, parallel);
-                if tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
-                    energy = tried;
+                let outer = self.energy(h, damping, parallel);
+                let touching =
+                    self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
+                let tried = outer + touching;
+                if carried || tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
+                    // What touches next is yet to be found.
+                    energy = outer;
                     fell = true;
                     break;
                 }
@@ -281,11 +353,52 @@ impl Implicit {
                 return;
             }
             self.speed.copy_from_slice(&self.candidate);
-            if length == 1.0 && gain <= (newton * first_gain.max(moving)).max(still) {
+            if let Some(contact) = &mut self.contact {
+                contact.go(&self.position, length);
+            }
+            if length == 1.0 && !carried && gain <= (newton * first_gain.max(moving)).max(still) {
                 return;
             }
         }
         report.stalled = true;
+    }
+
+    /// Takes the first guess back to where nothing has yet passed through anything.
+    fn start_apart(&mut self, h: f64) {
+        let Self { contact: Some(contact), position, speed, from, fixed, candidate, .. } = self else { return };
+        for i in 0..position.len() {
+            candidate[i] = if fixed[i] { position[i] } else { from[i] + speed[i] * h };
+        }
+        let share = contact.safe_share(candidate);
+        if share < 1.0 {
+            for i in (0..position.len()).filter(|i| !fixed[*i]) {
+                let still = (position[i] - from[i]) / h;
+                speed[i] = still + (speed[i] - still) * share;
+                candidate[i] = from[i] + speed[i] * h;
+            }
+        }
+        contact.go(candidate, share);
+    }
+
+    /// Solves for the correction that brings forces into balance, with those of contact.
+    fn correct(
+        &mut self,
+        h: f64,
+        damping: f64,
+        relative: f64,
+        energy: f64,
+        parallel: bool,
+        report: &mut Advanced,
+    ) {
+        self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
+        self.residual.copy_from_slice(&self.outer);
+        if let Some(contact) = &self.contact {
+            contact.add_forces(&mut self.residual, h);
+            contact.assemble(&mut self.matrix, h * h);
+        }
+        let iterations = self.solve_linear(relative, energy, parallel);
+        report.iterations[1] += iterations as u32;
+        self.balance_momentum();
     }
 
     /// Solves for the correction of a Newton iteration. Returns the number of iterations.
