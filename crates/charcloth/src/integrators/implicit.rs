@@ -292,6 +292,12 @@ impl Implicit {
             * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
                 part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
             });
+        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open: here it is by the
+        // speed that gravity gives in the step.
+        let scale = match &self.contact {
+            Some(_) => moving.min(0.5 * (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>()),
+            None => moving,
+        };
         let mut first_gain = 0.0;
         let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
         for iteration in 0..most {
@@ -304,6 +310,7 @@ impl Implicit {
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
             std::mem::swap(&mut self.outer, &mut self.residual);
             let mut share = 1.0;
+            let mut rounds = 0;
             for round in 0..=FORESIGHT {
                 self.correct(h, damping, linear, 0.01 * still, parallel, report);
                 if round == 0 {
@@ -314,6 +321,8 @@ impl Implicit {
                     self.candidate[i] = self.position[i] + self.correction[i] * h;
                 }
                 share = contact.safe_share(&self.candidate);
+                rounds = round;
+                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    round {round} share {share} pairs {}", contact.pairs()); }
                 if share == 1.0 || round == FORESIGHT || !contact.expect() {
                     break;
                 }
@@ -338,6 +347,7 @@ impl Implicit {
                 let touching =
                     self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
                 let tried = outer + touching;
+                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    try {length} outer {outer:.6e} contact {touching:.6e} energy {energy:.6e} rounds {rounds}"); }
                 if carried || tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
                     // What touches next is yet to be found.
                     energy = outer;
@@ -347,16 +357,20 @@ impl Implicit {
                 length *= 0.5;
             }
             if !fell {
+                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("  NOT FELL share {share} gain {gain:.3e} energy {energy:.6e} still {still:e}"); }
                 report.stalled |= gain > still;
                 self.candidate.copy_from_slice(&self.speed);
                 self.energy(h, damping, parallel);
                 return;
             }
+            if std::env::var_os("DEBUG_NEWTON").is_some() {
+                eprintln!("  it {iteration} share {share:.3} length {length:.3} gain {gain:.3e} first {first_gain:.2e} still {still:.2e} moving {moving:.2e} pairs {} lin {} dt", self.contact.as_ref().map_or(0, |c| c.pairs()), report.iterations[1]);
+            }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {
                 contact.go(&self.position, length);
             }
-            if length == 1.0 && !carried && gain <= (newton * first_gain.max(moving)).max(still) {
+            if length == 1.0 && !carried && gain <= (newton * first_gain.max(scale)).max(still) {
                 return;
             }
         }
