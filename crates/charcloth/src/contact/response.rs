@@ -4,8 +4,8 @@
 //! half the radius on, so that a contact carries any load [Chen2025]; lagged, smoothed Coulomb friction (Eq. 13.3) [Li2020].
 //! Both are part of the energy that a step minimises (Eq. 12.9). The pairs are looked for once a Newton iteration and
 //! held while its length is sought, and no pair may lose more than a part of its distance in one iteration, so that
-//! nothing passes through. What a correction would run into is taken into account before it is met (`expect`). Valid
-//! when: nothing crosses at the start; the radius is below half an edge. Cost: two walks of the trees an iteration.
+//! nothing passes through. Which pairs a correction would bring together or apart, and what it would run into from afar,
+//! is taken into account before it is made (`foresee`, `expect`). Valid when: nothing crosses at the start; the radius is below half an edge. Cost: two walks of the trees an iteration.
 
 use super::continuous::APPROACH;
 use super::distance::{edge_edge, vertex_triangle};
@@ -19,10 +19,10 @@ use glam::{DMat3, DVec3};
 
 /// Part of the radius from which the energy is logarithmic: there second derivatives meet.
 const LOGARITHMIC: f64 = 0.5;
-/// Part of its radius at which a pair is aimed that would run into each other. // tuned: 0.5 to 1
-const AIM: f64 = 0.9;
-/// Stiffness of that aim, over that of contact. // tuned: firm, so that one correction ends there; 3 to 100
-const FIRM: f64 = 10.0;
+/// Distance over radius up to which pairs are looked at: a correction may bring them into contact. // tuned: 1.5 to 4
+const NEAR: f64 = 2.0;
+/// Share of the pairs that must come or go under a correction for it to be worth another. // tuned: 0 to 0.1
+const WORTH: f64 = 0.03;
 /// Part of an edge at its ends over which an edge-edge pair fades away: there a vertex takes over. // tuned: 0.02 to 0.2
 const FADE: f64 = 0.1;
 /// Squared sine of the angle under which edges count as parallel, and their pair fades: vertices are closer. [Li2020]
@@ -46,6 +46,10 @@ struct Term {
     radius: f64,
     /// [N/m]
     stiffness: f64,
+    /// Along the normal, where the pairs were found [m].
+    distance: f64,
+    /// Whether it pushes, or is taken to.
+    acts: bool,
     /// The plane it is with, where there is no second feature.
     plane: usize,
     /// Force of contact times the coefficient of friction [N].
@@ -248,7 +252,7 @@ impl Response {
     /// Finds what is in contact where everything is now, with forces and their derivatives; `speed` is that of the sheets
     /// [m/s], `h` the length of the step [s].
     pub fn detect(&mut self, speed: &[DVec3], h: f64) {
-        self.contacts.proximities(&self.now, self.thickness);
+        self.contacts.proximities(&self.now, NEAR * self.thickness);
         let mut terms = std::mem::take(&mut self.terms);
         terms.clear();
         for pair in self.contacts.last_proximities() {
@@ -257,12 +261,13 @@ impl Response {
                 Kind::VertexFace => 1.0,
                 Kind::EdgeEdge => self.fade(&pair.nodes, &pair.weights),
             };
-            if pair.distance < radius && share > 0.0 {
+            if pair.distance < NEAR * radius && share > 0.0 {
                 terms.push(Term {
                     kind: Some(pair.kind),
                     split: if pair.kind == Kind::VertexFace { 1 } else { 2 },
                     stiffness: share * self.modulus * self.area_of(&pair.nodes, &pair.weights) / radius,
                     radius,
+                    distance: pair.distance,
                     ..Term::of(pair.nodes, pair.weights, pair.normal)
                 });
             }
@@ -270,14 +275,17 @@ impl Response {
         for (p, plane) in self.scenery.planes.iter().enumerate() {
             let point = self.plane_point(p);
             for i in 0..self.count {
-                if self.area[i] > 0.0 && (self.now[i] - point).dot(plane.normal) < self.half_layer(i) {
+                if self.area[i] > 0.0 && (self.now[i] - point).dot(plane.normal) < NEAR * self.half_layer(i) {
                     terms.push(self.against_plane(i as u32, p));
                 }
             }
         }
         for term in &mut terms {
-            let distance = self.distance(term, &self.now[..self.count]);
-            let (_, push, curvature) = barrier(distance, term.radius, term.stiffness);
+            term.acts = term.distance < term.radius;
+            if !term.acts {
+                continue;
+            }
+            let (_, push, curvature) = barrier(term.distance, term.radius, term.stiffness);
             let roughness = match term.kind {
                 Some(_) => self.friction_of(term.nodes[0], term.nodes[term.split]),
                 None => self.scenery.planes[term.plane].friction,
@@ -291,8 +299,40 @@ impl Response {
         self.terms = terms;
     }
 
-    /// Takes into account what the last correction would have run into: as firm aims just inside the radius. Returns
-    /// whether there is anything.
+    /// Looks which pairs a correction (of speeds, in a step of length `h`) would bring into contact and which out of it, and
+    /// takes them as such. Returns whether that is worth another correction.
+    pub fn foresee(&mut self, correction: &[DVec3], h: f64) -> bool {
+        let mut terms = std::mem::take(&mut self.terms);
+        let (mut changed, mut acting) = (0, 0);
+        for term in &mut terms {
+            let way = |k: usize| {
+                let i = term.nodes[k] as usize;
+                if i < self.count { correction[i] * h } else { self.arrival[i - self.count] - self.now[i] }
+            };
+            let mut towards: DVec3 = (0..4).map(|k| way(k) * term.weights[k]).sum();
+            if term.kind.is_none() {
+                towards += self.plane_point(term.plane) - self.plane[term.plane][1];
+            }
+            let deep = term.distance < LOGARITHMIC * term.radius;
+            let acts = deep || term.distance + towards.dot(term.normal) < term.radius;
+            if acts != term.acts {
+                changed += 1;
+                term.acts = acts;
+                (term.force, term.block) = (DVec3::ZERO, DMat3::ZERO);
+                if acts {
+                    // The spring that contact would be: it also draws, so that the correction ends in contact.
+                    term.force = term.normal * (term.stiffness * (term.radius - term.distance));
+                    term.block = outer(term.normal) * term.stiffness;
+                    self.meet_scenery(term);
+                }
+            }
+            acting += usize::from(acts);
+        }
+        self.terms = terms;
+        changed as f64 > WORTH * acting as f64
+    }
+
+    /// Takes into account what the last correction would have run into from afar. Returns whether there is anything.
     pub fn expect(&mut self) -> bool {
         let mut terms = std::mem::take(&mut self.terms);
         let before = terms.len();
@@ -312,9 +352,10 @@ impl Response {
                 Some(_) => (0..4).map(|k| self.now[term.nodes[k] as usize] * term.weights[k]).sum::<DVec3>(),
                 None => self.now[term.nodes[0] as usize] - self.plane_point(term.plane),
             };
-            let firm = FIRM * term.stiffness;
-            term.force = term.normal * (firm * (AIM * term.radius - apart.dot(term.normal)));
-            term.block = outer(term.normal) * firm;
+            term.distance = apart.dot(term.normal);
+            term.acts = true;
+            term.force = term.normal * (term.stiffness * (term.radius - term.distance));
+            term.block = outer(term.normal) * term.stiffness;
             self.meet_scenery(term);
         }
         self.terms = terms;
@@ -336,7 +377,7 @@ impl Response {
 
     /// Adds the forces at the places of the last detection, times `scale`.
     pub fn add_forces(&self, residual: &mut [DVec3], scale: f64) {
-        for term in &self.terms {
+        for term in self.terms.iter().filter(|term| term.acts) {
             for k in 0..4 {
                 let i = term.nodes[k] as usize;
                 if term.weights[k] != 0.0 && i < self.count && self.free[i] {
@@ -350,7 +391,7 @@ impl Response {
     pub fn assemble(&self, matrix: &mut StepMatrix, scale: f64) {
         let StepMatrix { pattern, blocks, couplings, .. } = matrix;
         couplings.clear();
-        for term in &self.terms {
+        for term in self.terms.iter().filter(|term| term.acts) {
             let free = |k: usize| (term.nodes[k] as usize) < self.count && self.free[term.nodes[k] as usize];
             let coupling = Coupling {
                 nodes: term.nodes,
@@ -371,7 +412,7 @@ impl Response {
 
     /// Calls `touch` for every node of a sheet that something acts on.
     pub fn touched(&self, mut touch: impl FnMut(usize)) {
-        for term in &self.terms {
+        for term in self.terms.iter().filter(|term| term.acts) {
             let nodes = (0..4).filter(|k| term.weights[*k] != 0.0).map(|k| term.nodes[k] as usize);
             nodes.filter(|i| *i < self.count).for_each(&mut touch);
         }
@@ -379,7 +420,7 @@ impl Response {
 
     /// Number of pairs that act on each other.
     pub fn pairs(&self) -> usize {
-        self.terms.len()
+        self.terms.iter().filter(|term| term.acts).count()
     }
 
     /// Pairs that pass through each other on the straight way from where the step began to where all is now.
@@ -413,7 +454,8 @@ impl Response {
         let radius = self.half_layer(node as usize);
         let stiffness = self.modulus * self.area[node as usize] / radius;
         let normal = self.scenery.planes[plane].normal;
-        Term { plane, radius, stiffness, ..Term::of([node; 4], [1.0, 0.0, 0.0, 0.0], normal) }
+        let distance = (self.now[node as usize] - self.plane_point(plane)).dot(normal);
+        Term { plane, radius, stiffness, distance, ..Term::of([node; 4], [1.0, 0.0, 0.0, 0.0], normal) }
     }
 
     /// Where a node is: of a sheet as given, of the scenery as it is now.
@@ -422,6 +464,7 @@ impl Response {
         if i < self.count { position[i] } else { self.now[i] }
     }
 
+    /// Distance of a pair, with the sheets at these places [m].
     fn distance(&self, term: &Term, position: &[DVec3]) -> f64 {
         let x = || term.nodes.map(|i| self.at(position, i));
         match term.kind {
@@ -455,12 +498,11 @@ impl Response {
         let slide = self.sliding(term, speed) * h;
         let way = slide.length();
         let (_, pull, curvature) = friction(way, self.slip * h);
-        let across = DMat3::IDENTITY - outer(term.normal);
-        // Pull over way is well behaved down to no way at all.
-        let along = slide.try_normalize().map_or(DMat3::ZERO, outer);
+        // The secant, over the second derivative: a paraboloid that touches the energy and is nowhere below it, for a full
+        // correction with the true one slides past rest and back.
         let secant = if way > 0.0 { pull / way } else { curvature };
         term.force -= slide * (term.grip * secant);
-        term.block += ((across - along) * secant + along * curvature) * term.grip;
+        term.block += (DMat3::IDENTITY - outer(term.normal)) * (term.grip * secant);
     }
 
     /// Takes into account the way that the scenery has yet to go.
@@ -505,6 +547,8 @@ impl Term {
             normal,
             radius: 0.0,
             stiffness: 0.0,
+            distance: 0.0,
+            acts: false,
             plane: 0,
             grip: 0.0,
             force: DVec3::ZERO,

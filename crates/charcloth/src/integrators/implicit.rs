@@ -24,7 +24,7 @@ use glam::DVec3;
 const NEWTON: usize = 20;
 /// Most Newton iterations of a step in which something touches, and corrections of each that mind what they would meet.
 const NEWTON_IN_CONTACT: usize = 60;
-const FORESIGHT: usize = 2;
+const FORESIGHT: usize = 5;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
 /// Factor on estimated eigenvalues past which the solver gives up.
@@ -61,6 +61,8 @@ struct Implicit {
     /// The residual without contact, and with it but without what is only expected.
     outer: Vec<DVec3>,
     honest: Vec<DVec3>,
+    /// The correction that can be followed the farthest.
+    best: Vec<DVec3>,
     correction: Vec<DVec3>,
     sums: Vec<f64>,
     /// Connected piece of each node, and whether it hangs on nothing.
@@ -97,6 +99,7 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         rest_of_residual: Vec::new(),
         outer: Vec::new(),
         honest: Vec::new(),
+        best: Vec::new(),
         correction: Vec::new(),
         sums: Vec::new(),
         piece: Vec::new(),
@@ -177,6 +180,7 @@ impl Implicit {
             &mut self.rest_of_residual,
             &mut self.outer,
             &mut self.honest,
+            &mut self.best,
             &mut self.correction,
         ] {
             buffer.clear();
@@ -310,22 +314,34 @@ impl Implicit {
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
             std::mem::swap(&mut self.outer, &mut self.residual);
             let mut share = 1.0;
-            let mut rounds = 0;
+            let mut best = 0.0;
             for round in 0..=FORESIGHT {
                 self.correct(h, damping, linear, 0.01 * still, parallel, report);
+                let Some(contact) = &mut self.contact else { break };
                 if round == 0 {
                     std::mem::swap(&mut self.honest, &mut self.residual);
                 }
-                let Some(contact) = &mut self.contact else { break };
+                if round < FORESIGHT && contact.foresee(&self.correction, h) {
+                    continue;
+                }
                 for i in 0..self.speed.len() {
                     self.candidate[i] = self.position[i] + self.correction[i] * h;
                 }
                 share = contact.safe_share(&self.candidate);
-                rounds = round;
                 if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    round {round} share {share} pairs {}", contact.pairs()); }
+                if share <= best {
+                    (share, best) = (best, share);
+                    std::mem::swap(&mut self.correction, &mut self.best);
+                    break;
+                }
                 if share == 1.0 || round == FORESIGHT || !contact.expect() {
                     break;
                 }
+                best = share;
+                self.best.copy_from_slice(&self.correction);
+            }
+            if self.contact.is_none() {
+                std::mem::swap(&mut self.honest, &mut self.residual);
             }
             report.iterations[0] += 1;
             let Self { honest, correction, sums, .. } = self;
@@ -347,7 +363,7 @@ impl Implicit {
                 let touching =
                     self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
                 let tried = outer + touching;
-                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    try {length} outer {outer:.6e} contact {touching:.6e} energy {energy:.6e} rounds {rounds}"); }
+                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    try {length} outer {outer:.6e} contact {touching:.6e} energy {energy:.6e}"); }
                 if carried || tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
                     // What touches next is yet to be found.
                     energy = outer;
