@@ -2,7 +2,8 @@
 //!
 //! Model: backward differences of second order for position and velocity (Eq. 12.8), each step the minimum of an energy
 //! (Eq. 12.9) that is found by Newton's method with a line search; linear systems by conjugate gradients with a multigrid
-//! preconditioner. Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
+//! preconditioner. Where the sheet touches, itself or what is in the way, contact has its part in that energy, and no
+//! iteration goes so far that anything passes through (`contact/response.rs`). Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
 //! motion that matters; stiffness sets no limit. Burnt sheet loses stiffness by Eq. 7.1, heat shortens lengths by
 //! the contraction of Eq. 6.3b; springs carry nothing, but where the shell's tension along one passes its strength, it breaks.
 //! Cost: a few products with a sparse matrix an iteration.
@@ -63,6 +64,8 @@ struct Implicit {
     honest: Vec<DVec3>,
     /// The correction that can be followed the farthest.
     best: Vec<DVec3>,
+    /// The correction that a solution goes on from.
+    known: Vec<DVec3>,
     correction: Vec<DVec3>,
     sums: Vec<f64>,
     /// Connected piece of each node, and whether it hangs on nothing.
@@ -100,6 +103,7 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         outer: Vec::new(),
         honest: Vec::new(),
         best: Vec::new(),
+        known: Vec::new(),
         correction: Vec::new(),
         sums: Vec::new(),
         piece: Vec::new(),
@@ -181,6 +185,7 @@ impl Implicit {
             &mut self.outer,
             &mut self.honest,
             &mut self.best,
+            &mut self.known,
             &mut self.correction,
         ] {
             buffer.clear();
@@ -312,37 +317,7 @@ impl Implicit {
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
-            std::mem::swap(&mut self.outer, &mut self.residual);
-            let mut share = 1.0;
-            let mut best = 0.0;
-            for round in 0..=FORESIGHT {
-                self.correct(h, damping, linear, 0.01 * still, parallel, report);
-                let Some(contact) = &mut self.contact else { break };
-                if round == 0 {
-                    std::mem::swap(&mut self.honest, &mut self.residual);
-                }
-                if round < FORESIGHT && contact.foresee(&self.correction, h) {
-                    continue;
-                }
-                for i in 0..self.speed.len() {
-                    self.candidate[i] = self.position[i] + self.correction[i] * h;
-                }
-                share = contact.safe_share(&self.candidate);
-                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    round {round} share {share} pairs {}", contact.pairs()); }
-                if share <= best {
-                    (share, best) = (best, share);
-                    std::mem::swap(&mut self.correction, &mut self.best);
-                    break;
-                }
-                if share == 1.0 || round == FORESIGHT || !contact.expect() {
-                    break;
-                }
-                best = share;
-                self.best.copy_from_slice(&self.correction);
-            }
-            if self.contact.is_none() {
-                std::mem::swap(&mut self.honest, &mut self.residual);
-            }
+            let share = self.find_correction(h, [damping, linear, 0.01 * still], parallel, report);
             report.iterations[0] += 1;
             let Self { honest, correction, sums, .. } = self;
             let gain =
@@ -363,7 +338,6 @@ impl Implicit {
                 let touching =
                     self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
                 let tried = outer + touching;
-                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("    try {length} outer {outer:.6e} contact {touching:.6e} energy {energy:.6e}"); }
                 if carried || tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
                     // What touches next is yet to be found.
                     energy = outer;
@@ -373,14 +347,10 @@ impl Implicit {
                 length *= 0.5;
             }
             if !fell {
-                if std::env::var_os("DEBUG_NEWTON").is_some() { eprintln!("  NOT FELL share {share} gain {gain:.3e} energy {energy:.6e} still {still:e}"); }
                 report.stalled |= gain > still;
                 self.candidate.copy_from_slice(&self.speed);
                 self.energy(h, damping, parallel);
                 return;
-            }
-            if std::env::var_os("DEBUG_NEWTON").is_some() {
-                eprintln!("  it {iteration} share {share:.3} length {length:.3} gain {gain:.3e} first {first_gain:.2e} still {still:.2e} moving {moving:.2e} pairs {} lin {} dt", self.contact.as_ref().map_or(0, |c| c.pairs()), report.iterations[1]);
             }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {
@@ -410,13 +380,59 @@ impl Implicit {
         contact.go(candidate, share);
     }
 
-    /// Solves for the correction that brings forces into balance, with those of contact.
+    /// Finds the correction of an iteration, and the share of it that may be made: solved for again where it would change
+    /// what touches.
+    fn find_correction(
+        &mut self,
+        h: f64,
+        [damping, relative, energy]: [f64; 3],
+        parallel: bool,
+        report: &mut Advanced,
+    ) -> f64 {
+        std::mem::swap(&mut self.outer, &mut self.residual);
+        let mut tolerance = Tolerance { relative, energy, iterations: LINEAR };
+        let mut best = 0.0;
+        for round in 0..=FORESIGHT {
+            self.correct(h, damping, round > 0, tolerance, parallel, report);
+            if round == 0 {
+                std::mem::swap(&mut self.honest, &mut self.residual);
+            }
+            let Some(contact) = &mut self.contact else { return 1.0 };
+            if round == 0 {
+                let Self { honest, correction, sums, .. } = self;
+                let gain =
+                    sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
+                // Later rounds begin with the last correction: what counts is the error against nothing at all.
+                tolerance = Tolerance { relative: 0.0, energy: energy.max(relative * relative * gain), ..tolerance };
+            }
+            if round < FORESIGHT && contact.foresee(&self.correction, h) {
+                continue;
+            }
+            for i in 0..self.speed.len() {
+                self.candidate[i] = self.position[i] + self.correction[i] * h;
+            }
+            let share = contact.safe_share(&self.candidate);
+            if best > 0.0 && share <= best {
+                std::mem::swap(&mut self.correction, &mut self.best);
+                break;
+            }
+            best = share;
+            if share == 1.0 || round == FORESIGHT || !contact.expect() {
+                break;
+            }
+            self.best.copy_from_slice(&self.correction);
+        }
+        best
+    }
+
+    /// Solves for the correction that brings forces into balance, with those of contact; from the last one on where that
+    /// is `near`.
     fn correct(
         &mut self,
         h: f64,
         damping: f64,
-        relative: f64,
-        energy: f64,
+        near: bool,
+        tolerance: Tolerance,
         parallel: bool,
         report: &mut Advanced,
     ) {
@@ -426,15 +442,26 @@ impl Implicit {
             contact.add_forces(&mut self.residual, h);
             contact.assemble(&mut self.matrix, h * h);
         }
-        let iterations = self.solve_linear(relative, energy, parallel);
+        if near {
+            self.known.copy_from_slice(&self.correction);
+            self.matrix.multiply(&self.known, &mut self.correction, parallel);
+            for i in 0..self.residual.len() {
+                self.residual[i] -= self.correction[i];
+            }
+        }
+        let iterations = self.solve_linear(tolerance, parallel);
         report.iterations[1] += iterations as u32;
+        if near {
+            for i in 0..self.residual.len() {
+                self.correction[i] += self.known[i];
+            }
+        }
         self.balance_momentum();
     }
 
     /// Solves for the correction of a Newton iteration. Returns the number of iterations.
-    fn solve_linear(&mut self, relative: f64, energy: f64, parallel: bool) -> usize {
+    fn solve_linear(&mut self, tolerance: Tolerance, parallel: bool) -> usize {
         let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, .. } = self;
-        let tolerance = Tolerance { relative, energy, iterations: LINEAR };
         let mut caution = CAUTION;
         loop {
             multigrid.set_up(matrix, position, caution, parallel);
