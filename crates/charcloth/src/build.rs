@@ -199,7 +199,9 @@ fn surface(scene: &Scene, inputs: &Inputs) -> Result<(SurfaceMesh, Option<Lattic
         Shape::Unstructured => {
             Ok((generate::layers(sheet, scene.seed, |seed| generate::rectangle(width, height, spacing, seed)), None))
         }
-        Shape::Disc => Ok((generate::layers(sheet, scene.seed, |seed| generate::disc(sheet.radius.0, spacing, seed)), None)),
+        Shape::Disc => {
+            Ok((generate::layers(sheet, scene.seed, |seed| generate::disc(sheet.radius.0, spacing, seed)), None))
+        }
         Shape::Grid => {
             let (columns, rows) = (generate::intervals(width, spacing), generate::intervals(height, spacing));
             let spacing = DVec2::new(width / columns as f64, height / rows as f64);

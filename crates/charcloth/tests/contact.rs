@@ -21,12 +21,7 @@ fn scene() -> Scene {
     scene.time.step = Time(7e-3);
     let place = |y: f64| [Length(0.0), Length(y), Length(0.0)];
     scene.obstacle = vec![
-        Obstacle {
-            shape: ObstacleShape::Sphere,
-            radius: Length(0.02),
-            position: place(-0.025),
-            ..Obstacle::default()
-        },
+        Obstacle { shape: ObstacleShape::Sphere, radius: Length(0.02), position: place(-0.025), ..Obstacle::default() },
         Obstacle {
             position: place(-0.06),
             velocity: [Speed(0.0), Speed(0.2), Speed(0.0)],

@@ -482,7 +482,8 @@ impl Response {
 
     /// Velocity of the first feature over the second, without its part along the normal [m/s].
     fn sliding(&self, term: &Term, speed: &[DVec3]) -> DVec3 {
-        let of = |i: u32| if (i as usize) < self.count { speed[i as usize] } else { self.speed[i as usize - self.count] };
+        let of =
+            |i: u32| if (i as usize) < self.count { speed[i as usize] } else { self.speed[i as usize - self.count] };
         let mut sum: DVec3 = (0..4).map(|k| of(term.nodes[k]) * term.weights[k]).sum();
         if term.kind.is_none() {
             sum -= self.plane[term.plane][2];
