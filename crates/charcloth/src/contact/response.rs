@@ -1,11 +1,12 @@
 //! What sheets do where they touch: they push each other off, and rub.
 //!
-//! Model: energies of the distance of vertex-face and edge-edge pairs (Eq. 13.1), quadratic at first and logarithmic from
-//! half the radius on, so that a contact carries any load [Chen2025]; lagged, smoothed Coulomb friction (Eq. 13.3) [Li2020].
-//! Both are part of the energy that a step minimises (Eq. 12.9). The pairs are looked for once a Newton iteration and
-//! held while its length is sought, and no pair may lose more than a part of its distance in one iteration, so that
-//! nothing passes through. Which pairs a correction would bring together or apart, and what it would run into from afar,
-//! is taken into account before it is made (`foresee`, `expect`). Valid when: nothing crosses at the start; the radius is below half an edge. Cost: two walks of the trees an iteration.
+//! Model: energies of the distance of vertex-face and edge-edge pairs (Eq. 13.1), quadratic at first and logarithmic
+//! from half the radius on, so that a contact carries any load [Chen2025]; lagged, smoothed Coulomb friction (Eq. 13.3)
+//! [Li2020]. Both are part of the energy that a step minimises (Eq. 12.9). The pairs are looked for once a Newton
+//! iteration and held while its length is sought, and no pair may lose more than a part of its distance in one
+//! iteration, so that nothing passes through. Which pairs a correction would bring together or apart, and what it would
+//! run into from afar, is taken into account before it is made (`foresee`, `expect`). Valid when: nothing crosses at the
+//! start; the radius is below half an edge. Cost: two walks of the trees an iteration.
 
 use super::continuous::APPROACH;
 use super::distance::{edge_edge, vertex_triangle};

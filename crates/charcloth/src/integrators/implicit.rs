@@ -3,7 +3,8 @@
 //! Model: backward differences of second order for position and velocity (Eq. 12.8), each step the minimum of an energy
 //! (Eq. 12.9) that is found by Newton's method with a line search; linear systems by conjugate gradients with a multigrid
 //! preconditioner. Where the sheet touches, itself or what is in the way, contact has its part in that energy, and no
-//! iteration goes so far that anything passes through (`contact/response.rs`). Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
+//! iteration goes so far that anything passes through (`contact/response.rs`).
+//! Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
 //! motion that matters; stiffness sets no limit. Burnt sheet loses stiffness by Eq. 7.1, heat shortens lengths by
 //! the contraction of Eq. 6.3b; springs carry nothing, but where the shell's tension along one passes its strength, it breaks.
 //! Cost: a few products with a sparse matrix an iteration.
