@@ -302,8 +302,8 @@ impl Implicit {
             * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
                 part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
             });
-        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open: here it is by the
-        // speed that gravity gives in the step.
+        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open: here it is by
+        // the speed that gravity gives in the step.
         let scale = match &self.contact {
             Some(_) => moving.min(0.5 * (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>()),
             None => moving,
@@ -381,8 +381,8 @@ impl Implicit {
         contact.go(candidate, share);
     }
 
-    /// Finds the correction of an iteration, and the share of it that may be made: solved for again where it would change
-    /// what touches.
+    /// Finds the correction of an iteration, and the share of it that may be made: solved for again where it would
+    /// change what touches.
     fn find_correction(
         &mut self,
         h: f64,
