@@ -166,7 +166,8 @@ impl Response {
         let Self { scenery, start, now, arrival, speed, plane, .. } = self;
         start.clear();
         start.extend_from_slice(position);
-        (arrival.clear(), speed.clear());
+        arrival.clear();
+        speed.clear();
         for solid in &scenery.solids {
             for point in &solid.points {
                 let (from, to) = (solid.motion.place(*point, before), solid.motion.place(*point, after));
