@@ -694,10 +694,10 @@ impl Default for Contact {
         Self {
             self_contact: None,
             thickness: None,
-            friction: Ratio(0.4),    // tuned: paper on paper, 0.3 to 0.6
+            friction: Ratio(0.4), // tuned: paper on paper, 0.3 to 0.6
             // tuned: soft enough for stacks to be solved fast; what is pressed harder still keeps off; 0.1 to 5 kPa
             modulus: Modulus(500.0),
-            slip: Speed(1e-3),       // tuned: creeps by a millimetre a second at most; 0.1 to 5 mm/s
+            slip: Speed(1e-3), // tuned: creeps by a millimetre a second at most; 0.1 to 5 mm/s
         }
     }
 }
