@@ -19,10 +19,14 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "tear": "a stretched sheet, lit in the middle, tears along cracks";
     "flake": "uneven sheet in a draught: thick places come off and fly";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
+    "drape": "a napkin falls over a ball and onto the table";
+    "fold": "a ribbon set down on its edge folds onto itself";
+    "stack": "twenty sheets fall onto a table and each other";
     "hang": "a sheet without fire swings from two corners: the race of the integrators";
     "verification/burn_out": "a node is out after m0/k1, and all heat is accounted for";
     "verification/eigenmode_decay": "modes of conduction on a grid";
     "verification/elastica": "a clamped strip sags under its own weight";
+    "verification/friction": "a sheet on a slope slides or stays";
     "verification/front_direction": "front speed along an axis and along the diagonal of a grid";
     "verification/front_speed": "front speed for five thresholds and three spacings";
     "verification/front_speed_with_loss": "front speed with heat lost, and going out";
@@ -30,6 +34,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "verification/momentum": "the pairwise thermal force keeps momentum, the literal one does not";
     "verification/order_of_convergence": "heat and motion are of first order in the step";
     "verification/pendulum": "period of a pendulum at 10, 45 and 90 degrees";
+    "verification/resting_height": "a sheet comes to rest on a table";
     "verification/spring_chain_dispersion": "standing waves of a chain of springs";
     "verification/spring_period": "period of one spring";
     "verification/strip_frequency": "a clamped strip swings";

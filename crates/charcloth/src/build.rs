@@ -84,7 +84,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     if !from_file && lattice.is_none() && description.cockle.0 > 0.0 {
         let field = RandomField::new(scene.seed, 0x636f_636b, description.cockle_length.0);
         for point in &mut mesh.positions {
-            point.z = description.cockle.0 * field.at(*point);
+            point.z += description.cockle.0 * field.at(*point);
         }
     }
     let mut rest = rest_shape(scene, inputs, &mesh)?;
@@ -214,8 +214,12 @@ fn surface(scene: &Scene, inputs: &Inputs) -> Result<(SurfaceMesh, Option<Lattic
     }
     let (width, height, spacing) = (sheet.width.0, sheet.height.0, sheet.node_distance());
     match sheet.shape {
-        Shape::Unstructured => Ok((generate::rectangle(width, height, spacing, scene.seed), None)),
-        Shape::Disc => Ok((generate::disc(sheet.radius.0, spacing, scene.seed), None)),
+        Shape::Unstructured => {
+            Ok((generate::layers(sheet, scene.seed, |seed| generate::rectangle(width, height, spacing, seed)), None))
+        }
+        Shape::Disc => {
+            Ok((generate::layers(sheet, scene.seed, |seed| generate::disc(sheet.radius.0, spacing, seed)), None))
+        }
         Shape::Grid => {
             let (columns, rows) = (generate::intervals(width, spacing), generate::intervals(height, spacing));
             let spacing = DVec2::new(width / columns as f64, height / rows as f64);

@@ -2,6 +2,7 @@
 
 use crate::mesh::SurfaceMesh;
 use crate::random::Random;
+use crate::scene::Sheet;
 use glam::{DVec2, DVec3, Vec2};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -118,6 +119,24 @@ pub fn disc(radius: f64, spacing: f64, seed: u64) -> SurfaceMesh {
     let boundary =
         (0..count).map(|k| DVec2::from_angle(std::f64::consts::TAU * k as f64 / count as f64) * radius).collect();
     fill(boundary, DVec2::splat(2.0 * radius), spacing, seed, |p| radius - p.length())
+}
+
+/// Sheets one above the other, about the middle of them, each with a mesh of its own.
+pub fn layers(sheet: &Sheet, seed: u64, make: impl Fn(u64) -> SurfaceMesh) -> SurfaceMesh {
+    let mut all = make(seed);
+    let middle = 0.5 * f64::from(sheet.layers.max(1) - 1);
+    let height = |layer: u32| (f64::from(layer) - middle) * sheet.layer_distance.0;
+    all.positions.iter_mut().for_each(|p| p.z += height(0));
+    for layer in 1..sheet.layers {
+        let mesh = make(seed.wrapping_add(u64::from(layer)));
+        let (first, faces) = (all.positions.len() as u32, all.triangles.len() as u32);
+        all.positions.extend(mesh.positions.iter().map(|p| *p + DVec3::Z * height(layer)));
+        all.triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|i| first + i)));
+        all.corner_uv.extend(mesh.corner_uv);
+        all.source_face.extend(mesh.source_face.iter().map(|face| faces + face));
+        all.shell.extend(mesh.shell.iter().map(|_| layer));
+    }
+    all
 }
 
 /// Square cells: `columns` by `rows` nodes, row by row from the bottom left, with alternating diagonals.

@@ -2,6 +2,7 @@
 
 use crate::build::{self, Built};
 use crate::burn_mesh::BurnMap;
+use crate::contact::scenery::Scenery;
 use crate::counters::{Stages, peak_memory_bytes};
 use crate::effects::conduction::conductances;
 use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
@@ -9,7 +10,7 @@ use crate::error::Error;
 use crate::frame::{Frame, Sample, Sink, fine_normals, node_normals};
 use crate::homogenise;
 use crate::integrators::symplectic_euler::strains;
-use crate::integrators::{Advanced, INTEGRATORS, Integrator, Step};
+use crate::integrators::{Advanced, INTEGRATORS, Integrator, MEETS, Step};
 use crate::kernels::heat::ConductanceRow;
 use crate::kernels::{Links, VectorUnit};
 use crate::ledger;
@@ -46,6 +47,8 @@ pub struct Inputs {
     pub mesh: Option<SurfaceMesh>,
     /// The mesh that `sheet.rest_mesh` names.
     pub rest_mesh: Option<SurfaceMesh>,
+    /// Meshes of obstacles by the path the scene gives.
+    pub obstacles: BTreeMap<String, SurfaceMesh>,
     /// Pictures by the path the scene gives.
     pub images: BTreeMap<String, GreyImage>,
     /// The material that `sheet.material` names, for the physical model.
@@ -90,6 +93,10 @@ pub struct Summary {
     pub stretch: Option<f64>,
     /// Pairs of triangles that cross each other in the last frame.
     pub intersecting_pairs: usize,
+    /// The most at the end of any frame, obstacles among them, and pairs that passed through each other in any step;
+    /// none without contact.
+    pub intersecting_pairs_max: Option<u32>,
+    pub passed_through: Option<u32>,
     pub peak_memory_bytes: u64,
     pub warnings: Vec<String>,
 }
@@ -117,6 +124,9 @@ impl Summary {
             "out_of_plane" => self.out_of_plane,
             "stretch" => self.stretch?,
             "intersecting_pairs" => self.intersecting_pairs as f64,
+            "intersecting_pairs_max" => f64::from(self.intersecting_pairs_max?),
+            "passed_through" => f64::from(self.passed_through?),
+            "newton_iterations" => self.newton_iterations as f64,
             _ => return None,
         })
     }
@@ -142,6 +152,9 @@ impl Summary {
         "out_of_plane",
         "stretch",
         "intersecting_pairs",
+        "intersecting_pairs_max",
+        "passed_through",
+        "newton_iterations",
     ];
 }
 
@@ -202,6 +215,8 @@ pub struct Simulation {
     laid_out: Option<u64>,
     stages: Stages,
     wall: f64,
+    /// Whether anything may touch.
+    meets: bool,
     /// Whether it goes on from a saved state.
     resumed: bool,
     last: Advanced,
@@ -250,9 +265,28 @@ impl Simulation {
                 "use sheet.shape = \"unstructured\" or \"grid\", or the integrator symplectic_euler",
             ));
         }
+        let scenery = Scenery::of(scene, inputs)?;
+        let meets = scene.mechanics.moves && (!scenery.is_empty() || scene.contact.self_contact == Some(true));
+        if meets && !MEETS.contains(&integrator.name) {
+            return Err(Error::scene(
+                "mechanics.integrator",
+                format!("{} does not know contact, and the scene has obstacles or self-contact", integrator.name),
+                format!("use the integrator {}, or take them out", MEETS.join(" or ")),
+            ));
+        }
+        let mut mover = (integrator.item)(scene);
+        mover.meet(scenery);
+        if meets && mover.crossings(&built.state, 0).is_some_and(|pairs| pairs > 0) {
+            return Err(Error::scene(
+                if scene.obstacle.is_empty() { "sheet" } else { "obstacle" },
+                "the sheet crosses itself or an obstacle at the start, and contact cannot undo that",
+                "move the sheet or the obstacle (sheet.position, obstacle.position), or set contact.self_contact = false",
+            ));
+        }
         let mut simulation = Self {
             effects: effects::of_scene(scene),
-            integrator: (integrator.item)(scene),
+            integrator: mover,
+            meets,
             measures: measure::of_scene(scene, &built)?,
             warnings: built.remarks.clone(),
             scene: scene.clone(),
@@ -361,6 +395,12 @@ impl Simulation {
         let books = &mut self.built.state.books;
         books.frame[0] += 1;
         books.time[0] = f64::from(books.frame[0]) * frame_time;
+        if self.meets {
+            let Self { built: Built { state, .. }, integrator, stages, topology, .. } = self;
+            // Boxes of what is not finite overlap nothing; the books tell of it below.
+            let crossings = stages.time("audit", || integrator.crossings(state, *topology)).unwrap_or(0) as u32;
+            state.books.crossings_max[0] = state.books.crossings_max[0].max(crossings);
+        }
         let result = ledger::check_finite(&self.built.state, |field| self.likeliest_cause(field));
         self.wall += start.elapsed().as_secs_f64();
         result
@@ -389,6 +429,7 @@ impl Simulation {
                 *sum += u64::from(new);
             }
             let books = &mut self.built.state.books;
+            books.passed_through[0] += self.last.passed_through as u32;
             books.strain_max[0] = books.strain_max[0].max(self.last.strain_max);
             // 5. Where springs have given way, the sheet comes apart.
             let changed = self.stages.time("tear", || tear::split(&mut self.built.state));
@@ -726,6 +767,8 @@ impl Simulation {
             out_of_plane: measure::out_of_plane(&self.built),
             stretch: measure::stretch(&self.built),
             intersecting_pairs: measure::intersecting_pairs(state),
+            intersecting_pairs_max: self.meets.then(|| state.books.crossings_max[0]),
+            passed_through: self.meets.then(|| state.books.passed_through[0]),
             peak_memory_bytes: peak_memory_bytes(),
             warnings: self.warnings.clone(),
         }

@@ -37,19 +37,24 @@ impl Case {
         let point = |key: &str| file.point_at_key(tree, key, String::new());
         let mut inputs = Inputs::default();
         let mut warnings = Vec::new();
-        let read_mesh = |key: &str, path: &Option<String>| match path {
+        let read_mesh = |key: &str, path: &Option<String>, unit: LengthUnit| match path {
             None => Ok(None),
             Some(path) => {
                 let path = Path::new(path);
                 check_there(point(key), path)?;
                 let failed = |problem| SceneError::from(Diagnostic { problem, ..point(key) });
-                loader.mesh(path, scene.sheet.unit).map(Some).map_err(failed)
+                loader.mesh(path, unit).map(Some).map_err(failed)
             }
         };
-        inputs.mesh = read_mesh("sheet.mesh", &scene.sheet.mesh)?;
-        inputs.rest_mesh = read_mesh("sheet.rest_mesh", &scene.sheet.rest_mesh)?;
+        inputs.mesh = read_mesh("sheet.mesh", &scene.sheet.mesh, scene.sheet.unit)?;
+        inputs.rest_mesh = read_mesh("sheet.rest_mesh", &scene.sheet.rest_mesh, scene.sheet.unit)?;
+        for (row, obstacle) in scene.obstacle.iter().enumerate() {
+            if let Some(mesh) = read_mesh(&format!("obstacle.{row}.mesh"), &obstacle.mesh, obstacle.unit)? {
+                inputs.obstacles.insert(obstacle.mesh.clone().unwrap_or_default(), mesh);
+            }
+        }
         // Taken out of the meshes, so that nothing is said twice.
-        for mesh in inputs.mesh.iter_mut().chain(&mut inputs.rest_mesh) {
+        for mesh in inputs.mesh.iter_mut().chain(&mut inputs.rest_mesh).chain(inputs.obstacles.values_mut()) {
             warnings.append(&mut mesh.remarks);
         }
         if let Some(warning) = inputs.mesh.as_ref().and_then(|mesh| unlikely_size(mesh, scene.sheet.unit)) {
@@ -160,6 +165,11 @@ pub(super) fn make_paths_absolute(scene: &mut Scene, tree: &Node, folder: &Path)
     ] {
         if let Some(path) = path {
             absolute(key, path);
+        }
+    }
+    for (row, obstacle) in scene.obstacle.iter_mut().enumerate() {
+        if let Some(path) = &mut obstacle.mesh {
+            absolute(&format!("obstacle.{row}.mesh"), path);
         }
     }
     for (row, ignite) in scene.ignite.iter_mut().enumerate() {

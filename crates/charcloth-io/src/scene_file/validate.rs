@@ -27,6 +27,7 @@ pub fn validate(scene: &Scene) -> Vec<Finding> {
     mechanics(scene, &mut findings);
     forces(scene, &mut findings);
     places(scene, &mut findings);
+    contact(scene, &mut findings);
     time(scene, &mut findings);
     output(&scene.output, &mut findings);
     checks(scene, &mut findings);
@@ -75,7 +76,7 @@ fn estimated_nodes(sheet: &Sheet) -> f64 {
     let spacing = sheet.node_distance();
     let (width, height, radius) = (sheet.width.0, sheet.height.0, sheet.radius.0);
     // A node of a mesh of near-equilateral triangles stands for an area of sqrt(3)/2 spacing^2.
-    let cell = 0.75_f64.sqrt() * spacing * spacing;
+    let cell = 0.75_f64.sqrt() * spacing * spacing / f64::from(sheet.layers.max(1));
     match sheet.shape {
         Shape::Unstructured => width * height / cell,
         Shape::Grid => (width / spacing + 1.0) * (height / spacing + 1.0),
@@ -105,6 +106,12 @@ fn sheet(scene: &Scene, findings: &mut Findings) {
             );
         }
         findings.positive("sheet.spacing", sheet.node_distance(), "\"3 mm\"");
+        if sheet.layers == 0 {
+            findings.add("sheet.layers", "0 layers are no sheet", "write 1 or more");
+        }
+        if sheet.layers > 1 {
+            findings.positive("sheet.layer_distance", sheet.layer_distance.0, "\"2 mm\"");
+        }
         if findings.0.len() == before {
             let smallest = sizes.iter().filter(|(_, _, used)| *used).map(|(_, size, _)| *size).fold(f64::MAX, f64::min);
             if sheet.node_distance() > smallest {
@@ -129,6 +136,13 @@ fn sheet(scene: &Scene, findings: &mut Findings) {
     findings.not_negative("sheet.cockle", sheet.cockle.0);
     if sheet.cockle.0 > 0.0 {
         findings.positive("sheet.cockle_length", sheet.cockle_length.0, "\"20 mm\"");
+    }
+    if sheet.layers > 1 && (sheet.mesh.is_some() || matches!(sheet.shape, Shape::Grid | Shape::Chain)) {
+        findings.add(
+            "sheet.layers",
+            "only irregular rectangles and discs come in layers",
+            "use shape = \"unstructured\" or \"disc\", or a mesh file that holds several sheets",
+        );
     }
     if sheet.rest == Rest::Mesh && sheet.rest_mesh.is_none() {
         findings.add(
@@ -329,6 +343,50 @@ fn places(scene: &Scene, findings: &mut Findings) {
                 findings.add(format!("{key}.half_space.normal"), "this is no direction", hint);
             }
         }
+    }
+}
+
+fn contact(scene: &Scene, findings: &mut Findings) {
+    let contact = &scene.contact;
+    if let Some(thickness) = contact.thickness {
+        findings.positive("contact.thickness", thickness.0, "\"0.1 mm\"");
+    }
+    findings.not_negative("contact.friction", contact.friction.0);
+    findings.positive("contact.modulus", contact.modulus.0, "\"2 kPa\"");
+    findings.positive("contact.slip", contact.slip.0, "\"1 mm/s\"");
+    let meets = !scene.obstacle.is_empty() || contact.self_contact == Some(true);
+    if meets && contact.thickness.is_none() {
+        findings.positive("shell.thickness", scene.shell.thickness.0, "\"0.1 mm\"");
+    }
+    for (row, obstacle) in scene.obstacle.iter().enumerate() {
+        let key = |name: &str| format!("obstacle.{row}.{name}");
+        match obstacle.shape {
+            ObstacleShape::Plane => {
+                if let Some(normal) = obstacle.normal
+                    && !(normal.iter().map(|c| c * c).sum::<f64>() > 0.0 && normal.iter().all(|c| c.is_finite()))
+                {
+                    findings.add(key("normal"), "this is no direction", "write a vector such as [0.0, 1.0, 0.0]");
+                }
+            }
+            ObstacleShape::Sphere => findings.positive(&key("radius"), obstacle.radius.0, "\"50 mm\""),
+            ObstacleShape::Box => {
+                let least = obstacle.size.iter().map(|q| q.0).fold(f64::INFINITY, f64::min);
+                findings.positive(&key("size"), least, "[\"0.3 m\", \"20 mm\", \"0.3 m\"]");
+            }
+            ObstacleShape::Mesh if obstacle.mesh.is_none() => {
+                let hint = "add `mesh = \"file.obj\"`";
+                findings.add(format!("obstacle.{row}"), "this obstacle is a mesh, but no file is named", hint);
+            }
+            ObstacleShape::Mesh => {}
+        }
+        if obstacle.shape != ObstacleShape::Mesh && obstacle.mesh.is_some() {
+            findings.add(key("mesh"), "this mesh would not be used", "add `shape = \"mesh\"`");
+        }
+        if obstacle.shape != ObstacleShape::Plane && obstacle.normal.is_some() {
+            findings.add(key("normal"), "only a plane has a normal", "use `rotate`");
+        }
+        findings.not_negative(&key("friction"), obstacle.friction.map_or(0.0, |q| q.0));
+        findings.not_negative(&key("stop"), obstacle.stop.map_or(0.0, |q| q.0));
     }
 }
 

@@ -18,6 +18,9 @@ const LEFT: f64 = 0.1;
 /// else what only slides past, from afar, would count as met. tuned: a tenth of the thinnest paper
 const LEAST_GAP: f64 = 1e-5;
 
+/// Share of its distance that a pair keeps in one move towards each other. // tuned: 0.1 to 0.5
+pub(super) const APPROACH: f64 = 0.2;
+
 /// Distance at which two features count as having met when we ask only whether they did [m].
 /// tuned: above the rounding of positions within a kilometre, far below any thickness
 const TOUCH: f64 = 1e-9;
@@ -49,6 +52,8 @@ pub struct Impact {
 pub(super) enum Goal {
     /// To keep a separation [m]. A pair that starts closer may halve its distance.
     Keep(f64),
+    /// To keep `APPROACH` of the distance, or of this one [m] where that is less.
+    Approach(f64),
     /// To tell whether two features touch at all.
     Tell,
 }
@@ -59,6 +64,11 @@ impl Goal {
         match self {
             Self::Keep(separation) => {
                 let least = if distance > separation { separation } else { 0.5 * distance };
+                let left = LEFT * (distance - least).min(least.max(LEAST_GAP));
+                (least + left, LEFT * left)
+            }
+            Self::Approach(radius) => {
+                let least = APPROACH * distance.min(radius);
                 let left = LEFT * (distance - least).min(least.max(LEAST_GAP));
                 (least + left, LEFT * left)
             }

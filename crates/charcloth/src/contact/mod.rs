@@ -13,6 +13,8 @@ mod distance;
 mod intersection;
 mod obstacle;
 mod proximity;
+pub mod response;
+pub mod scenery;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -83,6 +85,11 @@ impl Contacts {
         triangles.rebuild(0..surface.triangles.len() as u32, |t| surface.triangles[t as usize], positions);
     }
 
+    /// Says what else does not touch, see [`Surface::restrict`].
+    pub fn restrict(&mut self, origin: &[u32], own: bool) {
+        self.surface.restrict(origin, own);
+    }
+
     /// Who is joined to whom.
     pub fn surface(&self) -> &Surface {
         &self.surface
@@ -92,6 +99,16 @@ impl Contacts {
     /// edge and edge. What counts as one contact is told in the head of the module `proximity`.
     pub fn proximities(&mut self, positions: &[DVec3], reach: f64) -> &[Proximity] {
         self.detect(positions, reach).0
+    }
+
+    /// What the last query of proximities found.
+    pub fn last_proximities(&self) -> &[Proximity] {
+        &self.proximities
+    }
+
+    /// What the last query of impacts found.
+    pub fn last_impacts(&self) -> &[Impact] {
+        &self.impacts
     }
 
     /// How far each vertex may move [m] such that, if none moves farther, no two features pass through each other:
@@ -142,6 +159,12 @@ impl Contacts {
         self.impacts(before, after, Goal::Tell)
     }
 
+    /// Every pair that on straight paths between two sets of positions [m] loses most of its distance, or of `radius` [m]
+    /// where that is less: up to the first of these, nothing passes through. In the order of [`Self::proximities`].
+    pub fn approaches(&mut self, before: &[DVec3], after: &[DVec3], radius: f64) -> &[Impact] {
+        self.impacts(before, after, Goal::Approach(radius))
+    }
+
     /// Largest share of the way from one set of positions [m] to another, 0 to 1, on which no pair comes closer than
     /// `separation` [m]. A pair that starts closer may halve its distance; a pair that touches already makes it 0.
     pub fn largest_safe_step(&mut self, before: &[DVec3], after: &[DVec3], separation: f64) -> f64 {
@@ -159,7 +182,11 @@ impl Contacts {
     }
 
     fn impacts(&mut self, before: &[DVec3], after: &[DVec3], goal: Goal) -> &[Impact] {
-        self.refit(before, after, if let Goal::Keep(separation) = goal { separation } else { 0.0 });
+        let reach = match goal {
+            Goal::Keep(distance) | Goal::Approach(distance) => distance,
+            Goal::Tell => 0.0,
+        };
+        self.refit(before, after, reach);
         self.walk_paths(before, after, |kind, features, nodes, start, end| {
             let (time, offset, weights) = time_of_impact(kind, start, end, goal, 1.0)?;
             let (distance, normal) = (offset.length(), offset.normalize_or_zero());

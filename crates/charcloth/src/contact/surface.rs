@@ -28,6 +28,10 @@ pub struct Surface {
     /// Thickness at each node [m].
     pub thickness: Vec<f64>,
     any_rigid: bool,
+    /// Node that each node was the same as before a tear; empty where none was torn.
+    origin: Vec<u32>,
+    /// Whether pairs without a rigid body are left out.
+    only_rigid: bool,
 }
 
 /// What contact needs to know of a body.
@@ -101,6 +105,8 @@ impl Surface {
         self.node_body.extend_from_slice(node_body);
         self.thickness.clear();
         self.thickness.extend_from_slice(thickness);
+        self.origin.clear();
+        self.only_rigid = false;
         self.number_edges(node_body.len());
         let triangles = &self.triangles;
         self.node_triangles.fill(node_body.len(), |name| {
@@ -151,6 +157,22 @@ impl Surface {
         }
     }
 
+    /// Says which nodes were one before a tear: their features do not touch, for they start in the same place. Leaves
+    /// out pairs without a rigid body unless `own`. To be said again after a rebuild.
+    pub fn restrict(&mut self, origin: &[u32], own: bool) {
+        self.origin.clear();
+        if origin.iter().enumerate().any(|(i, from)| i != *from as usize) {
+            self.origin.extend_from_slice(origin);
+        }
+        self.only_rigid = !own;
+    }
+
+    /// The node that a node was before a tear.
+    #[inline(always)]
+    fn of_origin(&self, node: u32) -> u32 {
+        if self.origin.is_empty() { node } else { self.origin[node as usize] }
+    }
+
     /// Number of nodes, used or not.
     pub fn node_count(&self) -> usize {
         self.node_body.len()
@@ -178,19 +200,35 @@ impl Surface {
     #[inline(always)]
     pub(super) fn may_touch_triangle(&self, vertex: u32, triangle: u32) -> bool {
         let [i, j, k] = self.triangles[triangle as usize];
+        let wanted = self.may_meet(vertex, i);
+        let [i, j, k] = [i, j, k].map(|i| self.of_origin(i));
+        let vertex = self.of_origin(vertex);
         let own = (i == vertex) | (j == vertex) | (k == vertex);
-        let rigid = self.is_rigid(vertex) && self.is_rigid(i);
-        !own && !rigid
+        !own && wanted
     }
 
     /// Whether two edges can touch: no shared end, and not both rigid.
     #[inline(always)]
     pub(super) fn may_touch_edge(&self, edge: u32, other: u32) -> bool {
         let ([i, j], [k, l]) = (self.edges[edge as usize], self.edges[other as usize]);
+        let wanted = self.may_meet(i, k);
+        let [i, j, k, l] = [i, j, k, l].map(|i| self.of_origin(i));
         // One branch for all four, for it is taken at random.
         let shared = (i == k) | (i == l) | (j == k) | (j == l);
-        let rigid = self.is_rigid(i) && self.is_rigid(k);
-        !shared && !rigid
+        !shared && wanted
+    }
+
+    /// Whether the bodies of two nodes may touch.
+    #[inline(always)]
+    fn may_meet(&self, i: u32, j: u32) -> bool {
+        if !self.any_rigid {
+            return !self.only_rigid;
+        }
+        match (self.is_rigid(i), self.is_rigid(j)) {
+            (true, true) => false,
+            (false, false) => !self.only_rigid,
+            _ => true,
+        }
     }
 }
 

@@ -2,13 +2,17 @@
 //!
 //! Model: backward differences of second order for position and velocity (Eq. 12.8), each step the minimum of an energy
 //! (Eq. 12.9) that is found by Newton's method with a line search; linear systems by conjugate gradients with a multigrid
-//! preconditioner. Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
+//! preconditioner. Where the sheet touches, itself or what is in the way, contact has its part in that energy, and no
+//! iteration goes so far that anything passes through (`contact/response.rs`).
+//! Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
 //! motion that matters; stiffness sets no limit. Burnt sheet loses stiffness by Eq. 7.1, heat shortens lengths by
 //! the contraction of Eq. 6.3b; springs carry nothing, but where the shell's tension along one passes its strength, it breaks.
 //! Cost: a few products with a sparse matrix an iteration.
 
 use super::symplectic_euler::strain_max;
 use super::{Advanced, Integrator, Step};
+use crate::contact::response::Response;
+use crate::contact::scenery::Scenery;
 use crate::scene::{self, Scene, ThermalForceLaw, Threshold};
 use crate::sheet::{NONE, SheetState, SpringKind};
 use crate::shell::Shell;
@@ -20,6 +24,9 @@ use glam::DVec3;
 
 /// Most Newton iterations a step, conjugate-gradient iterations each, and halvings of an iteration's length.
 const NEWTON: usize = 20;
+/// Most Newton iterations of a step in which something touches, and corrections of each that mind what they would meet.
+const NEWTON_IN_CONTACT: usize = 60;
+const FORESIGHT: usize = 5;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
 /// Factor on estimated eigenvalues past which the solver gives up.
@@ -53,6 +60,13 @@ struct Implicit {
     bent: Vec<DVec3>,
     residual: Vec<DVec3>,
     rest_of_residual: Vec<DVec3>,
+    /// The residual without contact, and with it but without what is only expected.
+    outer: Vec<DVec3>,
+    honest: Vec<DVec3>,
+    /// The correction that can be followed the farthest.
+    best: Vec<DVec3>,
+    /// The correction that a solution goes on from.
+    known: Vec<DVec3>,
     correction: Vec<DVec3>,
     sums: Vec<f64>,
     /// Connected piece of each node, and whether it hangs on nothing.
@@ -60,6 +74,9 @@ struct Implicit {
     floats: Vec<bool>,
     /// What is not in balance of each piece, and its mass and drag.
     piece_sums: Vec<(DVec3, f64)>,
+    /// Pieces that something touches.
+    touched: Vec<bool>,
+    contact: Option<Response>,
 }
 
 /// Builds the integrator.
@@ -84,11 +101,17 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         bent: Vec::new(),
         residual: Vec::new(),
         rest_of_residual: Vec::new(),
+        outer: Vec::new(),
+        honest: Vec::new(),
+        best: Vec::new(),
+        known: Vec::new(),
         correction: Vec::new(),
         sums: Vec::new(),
         piece: Vec::new(),
         floats: Vec::new(),
         piece_sums: Vec::new(),
+        touched: Vec::new(),
+        contact: None,
     })
 }
 
@@ -106,15 +129,36 @@ impl Integrator for Implicit {
         self.shell.update(state, material, &step.factors.triangle, contraction, fire.ambient_temperature.0);
         self.load(state, step);
         let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
-        for _ in 0..substeps {
+        for substep in 0..substeps {
             let dt = step.dt / f64::from(substeps);
             let h = self.look_back(state, dt);
+            if let Some(contact) = &mut self.contact {
+                let time = state.books.time[0] + f64::from(substep) * dt;
+                contact.begin(&state.motion.position, [time, time + dt]);
+            }
             self.solve(h, parallel, &mut report);
+            if let Some(contact) = &mut self.contact {
+                report.passed_through += contact.passed_through();
+                report.stalled |= !contact.has_arrived();
+            }
             self.store(state, dt);
         }
         report.broken = self.break_springs(state, step);
         report.strain_max = strain_max(state);
         report
+    }
+
+    fn meet(&mut self, scenery: Scenery) {
+        self.contact = Response::of(&self.scene, scenery);
+    }
+
+    fn crossings(&mut self, state: &SheetState, topology: u64) -> Option<usize> {
+        self.contact.as_ref()?;
+        if self.topology != Some(topology) {
+            self.lay_out(state);
+            self.topology = Some(topology);
+        }
+        Some(self.contact.as_mut()?.crossings(&state.motion.position, state.books.time[0]))
     }
 }
 
@@ -126,6 +170,9 @@ impl Implicit {
         (self.shell, self.matrix) = Shell::lay_out(state, &self.scene.shell, &self.fixed);
         self.multigrid = Multigrid::lay_out(&self.matrix, &self.fixed);
         self.find_pieces();
+        if let Some(contact) = &mut self.contact {
+            contact.lay_out(state, &self.fixed);
+        }
         for buffer in [
             &mut self.from,
             &mut self.speed_from,
@@ -136,6 +183,10 @@ impl Implicit {
             &mut self.bent,
             &mut self.residual,
             &mut self.rest_of_residual,
+            &mut self.outer,
+            &mut self.honest,
+            &mut self.best,
+            &mut self.known,
             &mut self.correction,
         ] {
             buffer.clear();
@@ -173,6 +224,11 @@ impl Implicit {
     /// Puts right what the linear solver has left of the momentum of pieces that hang on nothing: elastic forces cannot
     /// change it, so the last word needs no iteration.
     fn balance_momentum(&mut self) {
+        self.touched.clear();
+        self.touched.resize(self.floats.len(), false);
+        if let Some(contact) = &self.contact {
+            contact.touched(|i| self.touched[self.piece[i] as usize] = true);
+        }
         self.piece_sums.clear();
         self.piece_sums.resize(self.floats.len(), (DVec3::ZERO, 0.0));
         for (i, piece) in self.piece.iter().enumerate() {
@@ -181,7 +237,7 @@ impl Implicit {
             *mass += self.diagonal[i];
         }
         for (i, piece) in self.piece.iter().enumerate() {
-            if self.floats[*piece as usize] {
+            if self.floats[*piece as usize] && !self.touched[*piece as usize] {
                 let (left, mass) = self.piece_sums[*piece as usize];
                 self.correction[i] += left / mass;
             }
@@ -237,38 +293,55 @@ impl Implicit {
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
+        if self.contact.is_some() {
+            self.start_apart(h);
+        }
         self.candidate.copy_from_slice(&self.speed);
         let mut energy = self.energy(h, damping, parallel);
         let moving = 0.5
             * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
                 part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
             });
+        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open: here it is by
+        // the speed that gravity gives in the step.
+        let scale = match &self.contact {
+            Some(_) => moving.min(0.5 * (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>()),
+            None => moving,
+        };
         let mut first_gain = 0.0;
-        for iteration in 0..NEWTON {
+        let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
+        for iteration in 0..most {
+            if let Some(contact) = &mut self.contact {
+                contact.detect(&self.speed, h);
+                energy += contact.energy(&self.position, &self.speed, h);
+            }
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
-            self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
-            let iterations = self.solve_linear(linear, 0.01 * still, parallel);
+            let share = self.find_correction(h, [damping, linear, 0.01 * still], parallel, report);
             report.iterations[0] += 1;
-            report.iterations[1] += iterations as u32;
-            self.balance_momentum();
-            let Self { residual, correction, sums, .. } = self;
+            let Self { honest, correction, sums, .. } = self;
             let gain =
-                sum_by_rows(residual.len(), parallel, sums, |part| part.map(|i| residual[i].dot(correction[i])).sum());
+                sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
             if iteration == 0 {
                 first_gain = gain;
             }
+            // What carries the sheet along does work on it, and the energy may rise.
+            let carried = self.contact.as_ref().is_some_and(|contact| !contact.has_arrived());
             // A shorter step where the full one does not lower the energy as it should [Armijo1966].
-            let mut length = 1.0;
+            let mut length = share;
             let mut fell = false;
             for _ in 0..HALVINGS {
                 for i in 0..self.speed.len() {
                     self.candidate[i] = self.speed[i] + self.correction[i] * length;
                 }
-                let tried = self.energy(h, damping, parallel);
-                if tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
-                    energy = tried;
+                let outer = self.energy(h, damping, parallel);
+                let touching =
+                    self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
+                let tried = outer + touching;
+                if carried || tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
+                    // What touches next is yet to be found.
+                    energy = outer;
                     fell = true;
                     break;
                 }
@@ -281,17 +354,115 @@ impl Implicit {
                 return;
             }
             self.speed.copy_from_slice(&self.candidate);
-            if length == 1.0 && gain <= (newton * first_gain.max(moving)).max(still) {
+            if let Some(contact) = &mut self.contact {
+                contact.go(&self.position, length);
+            }
+            if length == 1.0 && !carried && gain <= (newton * first_gain.max(scale)).max(still) {
                 return;
             }
         }
         report.stalled = true;
     }
 
+    /// Takes the first guess back to where nothing has yet passed through anything.
+    fn start_apart(&mut self, h: f64) {
+        let Self { contact: Some(contact), position, speed, from, fixed, candidate, .. } = self else { return };
+        for i in 0..position.len() {
+            candidate[i] = if fixed[i] { position[i] } else { from[i] + speed[i] * h };
+        }
+        let share = contact.safe_share(candidate);
+        if share < 1.0 {
+            for i in (0..position.len()).filter(|i| !fixed[*i]) {
+                let still = (position[i] - from[i]) / h;
+                speed[i] = still + (speed[i] - still) * share;
+                candidate[i] = from[i] + speed[i] * h;
+            }
+        }
+        contact.go(candidate, share);
+    }
+
+    /// Finds the correction of an iteration, and the share of it that may be made: solved for again where it would
+    /// change what touches.
+    fn find_correction(
+        &mut self,
+        h: f64,
+        [damping, relative, energy]: [f64; 3],
+        parallel: bool,
+        report: &mut Advanced,
+    ) -> f64 {
+        std::mem::swap(&mut self.outer, &mut self.residual);
+        let mut tolerance = Tolerance { relative, energy, iterations: LINEAR };
+        let mut best = 0.0;
+        for round in 0..=FORESIGHT {
+            self.correct(h, damping, round > 0, tolerance, parallel, report);
+            if round == 0 {
+                std::mem::swap(&mut self.honest, &mut self.residual);
+            }
+            let Some(contact) = &mut self.contact else { return 1.0 };
+            if round == 0 {
+                let Self { honest, correction, sums, .. } = self;
+                let gain =
+                    sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
+                // Later rounds begin with the last correction: what counts is the error against nothing at all.
+                tolerance = Tolerance { relative: 0.0, energy: energy.max(relative * relative * gain), ..tolerance };
+            }
+            if round < FORESIGHT && contact.foresee(&self.correction, h) {
+                continue;
+            }
+            for i in 0..self.speed.len() {
+                self.candidate[i] = self.position[i] + self.correction[i] * h;
+            }
+            let share = contact.safe_share(&self.candidate);
+            if best > 0.0 && share <= best {
+                std::mem::swap(&mut self.correction, &mut self.best);
+                break;
+            }
+            best = share;
+            if share == 1.0 || round == FORESIGHT || !contact.expect() {
+                break;
+            }
+            self.best.copy_from_slice(&self.correction);
+        }
+        best
+    }
+
+    /// Solves for the correction that brings forces into balance, with those of contact; from the last one on where that
+    /// is `near`.
+    fn correct(
+        &mut self,
+        h: f64,
+        damping: f64,
+        near: bool,
+        tolerance: Tolerance,
+        parallel: bool,
+        report: &mut Advanced,
+    ) {
+        self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
+        self.residual.copy_from_slice(&self.outer);
+        if let Some(contact) = &self.contact {
+            contact.add_forces(&mut self.residual, h);
+            contact.assemble(&mut self.matrix, h * h);
+        }
+        if near {
+            self.known.copy_from_slice(&self.correction);
+            self.matrix.multiply(&self.known, &mut self.correction, parallel);
+            for i in 0..self.residual.len() {
+                self.residual[i] -= self.correction[i];
+            }
+        }
+        let iterations = self.solve_linear(tolerance, parallel);
+        report.iterations[1] += iterations as u32;
+        if near {
+            for i in 0..self.residual.len() {
+                self.correction[i] += self.known[i];
+            }
+        }
+        self.balance_momentum();
+    }
+
     /// Solves for the correction of a Newton iteration. Returns the number of iterations.
-    fn solve_linear(&mut self, relative: f64, energy: f64, parallel: bool) -> usize {
+    fn solve_linear(&mut self, tolerance: Tolerance, parallel: bool) -> usize {
         let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, .. } = self;
-        let tolerance = Tolerance { relative, energy, iterations: LINEAR };
         let mut caution = CAUTION;
         loop {
             multigrid.set_up(matrix, position, caution, parallel);

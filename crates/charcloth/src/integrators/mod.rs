@@ -3,6 +3,7 @@
 pub mod implicit;
 pub mod symplectic_euler;
 
+use crate::contact::scenery::Scenery;
 use crate::effects::{Forces, SpringFactors};
 use crate::kernels::VectorUnit;
 use crate::registry::Entry;
@@ -24,6 +25,8 @@ pub struct Advanced {
     pub iterations: [u32; 2],
     /// Whether the nonlinear solver gave up before its tolerance.
     pub stalled: bool,
+    /// Pairs of features that passed through each other.
+    pub passed_through: usize,
 }
 
 /// What an integrator reads of a step.
@@ -48,7 +51,18 @@ pub struct Step<'a> {
 pub trait Integrator: Send {
     /// Advances positions and velocities by one step; springs that give way are marked broken.
     fn advance(&mut self, state: &mut SheetState, step: &Step<'_>) -> Advanced;
+
+    /// Takes up what is in the way; only asked of integrators that [`MEETS`] names.
+    fn meet(&mut self, _scenery: Scenery) {}
+
+    /// Pairs of triangles that cross now, of the sheets and of what is in the way; none where nothing is watched.
+    fn crossings(&mut self, _state: &SheetState, _topology: u64) -> Option<usize> {
+        None
+    }
 }
+
+/// Integrators that know contact.
+pub const MEETS: &[&str] = &["implicit"];
 
 /// Builds an integrator from a scene.
 pub type Build = fn(&Scene) -> Box<dyn Integrator>;

@@ -165,7 +165,7 @@ impl Shell {
     /// Fills in the matrix M + a K + b B, K that of the membrane and B that of bending, as of the last response. `mass` is
     /// the diagonal M; fixed nodes are left out.
     pub fn assemble(&self, matrix: &mut StepMatrix, mass: &[f64], [a, b]: [f64; 2], fixed: &[bool], parallel: bool) {
-        let StepMatrix { pattern, blocks, diagonal, ties, tie } = matrix;
+        let StepMatrix { pattern, blocks, diagonal, ties, tie, .. } = matrix;
         by_block_rows(pattern, blocks, parallel, |i, row| {
             let first = pattern.first[i] as usize;
             let own = diagonal[i] as usize - first;

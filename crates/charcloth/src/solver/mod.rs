@@ -2,9 +2,11 @@
 
 pub mod blocks;
 pub mod conjugate_gradients;
+pub mod couplings;
 pub mod multigrid;
 
 use blocks::Pattern;
+use couplings::Couplings;
 use glam::{DMat3, DVec3};
 
 /// Symmetric matrix of an implicit step: blocks that tie neighbours, and numbers that tie nodes further off in all three
@@ -21,6 +23,8 @@ pub struct StepMatrix {
     pub ties: Pattern,
     /// The numbers.
     pub tie: Vec<f64>,
+    /// What contact ties, beyond all patterns.
+    pub couplings: Couplings,
 }
 
 impl StepMatrix {
@@ -29,7 +33,7 @@ impl StepMatrix {
         let diagonal =
             (0..pattern.rows()).map(|i| pattern.find(i, i as u32).expect("a matrix has its diagonal") as u32).collect();
         let (blocks, tie) = (vec![DMat3::ZERO; pattern.blocks()], vec![0.0; ties.blocks()]);
-        Self { pattern, blocks, diagonal, ties, tie }
+        Self { pattern, blocks, diagonal, ties, tie, couplings: Couplings::default() }
     }
 
     /// `y = A x`.
@@ -44,6 +48,9 @@ impl StepMatrix {
                 let row = self.ties.row(first + k);
                 for (j, tie) in self.ties.column[row.clone()].iter().zip(&self.tie[row]) {
                     sum += *tie * x[*j as usize];
+                }
+                if !self.couplings.is_empty() {
+                    sum += self.couplings.row_times(x, first + k);
                 }
                 *y = sum;
             }
