@@ -39,7 +39,7 @@ impl Default for Flame {
 
 /// tuned: on the speed of one flame, downward on tissue of 18.7 g/m2 in air, 11.3 mm/s [Elimami2026]; 1 by its scale,
 /// sensible from 0.7 to 2.
-const FOOT: f64 = 1.12;
+const FOOT: f64 = 0.95;
 /// Planck mean absorption of the products of a fuel with 1:1 carbon dioxide and water near 1800 K, about 3 to 5 1/m at
 /// 1 atm [Tien1968]; soot of thin paper flames is little.
 const ABSORPTION: f64 = 4.0;
