@@ -18,6 +18,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "curl": "heat pushes along the normal: the burning lip curls over";
     "tear": "a stretched sheet, lit in the middle, tears along cracks";
     "flake": "uneven sheet in a draught: thick places come off and fly";
+    "corner": "a sheet of office paper lit at a lower corner, by the physical model";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
     "drape": "a napkin falls over a ball and onto the table";
     "fold": "a ribbon set down on its edge folds onto itself";

@@ -124,6 +124,8 @@ fn both(first: &Frame, second: &Frame) -> Frame {
     frame.motion.position.extend(&second.motion.position);
     frame.motion.velocity.extend(&second.motion.velocity);
     frame.motion.inert_mass.extend(&second.motion.inert_mass);
+    frame.motion.carried_mass.extend(&second.motion.carried_mass);
+    frame.motion.burn_node.extend(second.motion.burn_node.iter().map(|i| i + offset));
     frame.motion.rest_position.extend(&second.motion.rest_position);
     frame.motion.source.extend(&second.motion.source);
     frame.motion.sheet.extend(&second.motion.sheet);
@@ -140,6 +142,11 @@ fn both(first: &Frame, second: &Frame) -> Frame {
     burn.peak_temperature.extend(&other.peak_temperature);
     burn.ignited_at.extend(&other.ignited_at);
     burn.area.extend(&other.area);
+    burn.mass.extend(&other.mass);
+    burn.charred.extend(&other.charred);
+    burn.ashed.extend(&other.ashed);
+    burn.stiffness.extend(&other.stiffness);
+    burn.flame.extend(&other.flame);
     let (triangles, other) = (&mut frame.triangles, &second.triangles);
     triangles.corners.extend(other.corners.iter().map(|corners| corners.map(|i| i + offset)));
     triangles.uv.extend(&other.uv);
