@@ -625,6 +625,9 @@ impl Simulation {
         if burnt_through {
             self.topology += 1;
         }
+        if let Some(physical) = &self.physical {
+            physical.shrink(&self.built.state, &mut factors);
+        }
         let now = self.now();
         for effect in &self.effects {
             effect.add_tension(&now, &mut factors);

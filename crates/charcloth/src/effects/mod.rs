@@ -14,7 +14,7 @@ use crate::kernels::{Links, VectorUnit};
 use crate::registry::Entry;
 use crate::scene::Scene;
 use crate::sheet::SheetState;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// What effects see: the state, and what follows from it.
 pub struct Now<'a> {
@@ -89,6 +89,10 @@ pub struct SpringFactors {
     pub triangle: Vec<f64>,
     /// The same along each side of a triangle, opposite to its corners; empty where the burn mesh is no finer.
     pub sides: Vec<[f64; 3]>,
+    /// Strain of each triangle without force, along the machine direction and across; empty where nothing shrinks.
+    pub free_strain: Vec<DVec2>,
+    /// Curvature that it gets from its faces, in the same directions [1/m]; empty where nothing curls.
+    pub free_curvature: Vec<DVec2>,
     /// Tension that pulls the two ends together [N].
     pub tension: Vec<f64>,
     /// Force on both ends in the direction from the first to the second [N]; it conserves no momentum.

@@ -126,7 +126,7 @@ impl Integrator for Implicit {
         let Scene { shell: material, thermal_force, fire, .. } = &self.scene;
         let contraction =
             if thermal_force.law == ThermalForceLaw::Pairwise { thermal_force.contraction.0 } else { 0.0 };
-        self.shell.update(state, material, &step.factors.triangle, contraction, fire.ambient_temperature.0);
+        self.shell.update(state, material, step.factors, contraction, fire.ambient_temperature.0);
         self.load(state, step);
         let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
         for substep in 0..substeps {

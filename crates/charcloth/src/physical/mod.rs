@@ -8,6 +8,7 @@
 
 mod conduction;
 mod layout;
+mod shrinkage;
 
 use crate::build::Built;
 use crate::chemistry::{Chemistry, Layer, Released, Room, Surroundings};
@@ -22,6 +23,7 @@ use conduction::Conduction;
 use glam::DVec3;
 use layout::Layout;
 use rayon::prelude::*;
+use shrinkage::Shrinkage;
 
 /// A half-layer whose temperature is so close to the room's that it is taken to be there [K].
 // tuned: far under what any reaction or picture tells, 1e-9 to 1e-3
@@ -71,6 +73,9 @@ pub struct Physical {
     oxygen_demand: f64,
     /// Conductance through the thickness over the area of a node [W/(m2 K)].
     through: f64,
+    shrinkage: Shrinkage,
+    /// Water of the sheet in its room [kg per kg of dry sheet].
+    water: f64,
     /// Stiffness of char over that of the sheet.
     char_stiffness: f64,
     /// Char that the fibre of a dry sheet may leave, per dry mass [kg/kg].
@@ -161,6 +166,8 @@ impl Physical {
             oxygen_demand,
             // From the middle of one half-layer to that of the other.
             through: material.thermal.conductivity_through.value.0 / (0.5 * scene.shell.thickness.0),
+            shrinkage: Shrinkage::of(material, scene.shell.thickness.0),
+            water: composition[Substance::Water as usize],
             char_stiffness: material.mechanics.char_stiffness.value.0,
             char_yield: material.char_yield(),
             burns,

@@ -5,6 +5,7 @@
 pub mod bending;
 pub mod membrane;
 
+use crate::effects::SpringFactors;
 use crate::scene;
 use crate::sheet::{NONE, SheetState};
 use crate::solver::StepMatrix;
@@ -91,14 +92,14 @@ impl Shell {
         (shell, matrix)
     }
 
-    /// Takes over stiffness and rest shapes from the state: `left` is the part of its stiffness that burning has left of
-    /// each triangle. `contraction` is what heat takes off lengths [1/K], over
+    /// Takes over stiffness and rest shapes from the state: what burning has left of
+    /// it and what it has shrunk by are in `factors`. `contraction` is what heat takes off lengths [1/K], over
     /// `ambient` [K].
     pub fn update(
         &mut self,
         state: &SheetState,
         material: &scene::Shell,
-        left: &[f64],
+        factors: &SpringFactors,
         contraction: f64,
         ambient: f64,
     ) {
@@ -106,11 +107,13 @@ impl Shell {
         let mut changed = false;
         for (k, corners) in self.corners.iter().enumerate() {
             let nodes = corners.map(|i| state.burn_node(i as usize));
-            let left = left[self.triangles[k] as usize];
+            let left = factors.triangle[self.triangles[k] as usize];
             self.stiffness[k] = whole.scaled(left);
             let temperature = nodes.iter().map(|i| state.burn.temperature[*i]).sum::<f64>() / 3.0;
             let scale = (1.0 - contraction * (temperature - ambient)).clamp(SHORTEST, 1.0 / SHORTEST);
             let t = self.triangles[k];
+            let free = factors.free_strain.get(t as usize).copied().unwrap_or_default();
+            let scale = (DVec2::splat(scale) + free).max(DVec2::splat(SHORTEST));
             self.rest[k] = RestTriangle::new(scale * rest_side(state, 1, t), scale * rest_side(state, 2, t));
             let step = (left * BENDING_STEPS).ceil() as u8;
             changed |= self.bending_steps[k] != step;
@@ -120,7 +123,8 @@ impl Shell {
             self.bending.assemble(|t| f64::from(self.bending_steps[t]) / BENDING_STEPS);
         }
         for (k, t) in self.triangles.iter().enumerate() {
-            self.bending.set_rest_curvature(k, state.rest.curvature[*t as usize]);
+            let free = factors.free_curvature.get(*t as usize).copied().unwrap_or_default();
+            self.bending.set_rest_curvature(k, state.rest.curvature[*t as usize] + free.extend(0.0));
         }
     }
 
