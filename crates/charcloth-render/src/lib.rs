@@ -1,7 +1,7 @@
 //! Charcloth: frames to pixels on the processor, no window, no graphics card.
 //!
 //! In reading order: [`camera`] puts the eye where it sees the sheet; [`surface`] takes what is seen of a frame;
-//! [`raster`] finds what each pixel sees; [`looks`] give it colour, with [`noise`] and [`light`]; [`post`] turns light
+//! [`raster`] finds what each pixel sees; [`looks`] give it colour, with [`noise`] and [`light`]; [`flames`] stand on it; [`post`] turns light
 //! into a picture; [`picture`] and [`movie`] write it. A [`Renderer`] holds all of it:
 //!
 //! ```
@@ -19,6 +19,7 @@
 
 pub mod camera;
 pub mod error;
+pub mod flames;
 pub mod image;
 pub mod light;
 pub mod looks;

@@ -6,6 +6,7 @@
 use super::Look;
 use crate::camera::{Camera, View};
 use crate::error::RenderError;
+use crate::flames;
 use crate::image::RgbImage;
 use crate::light::{FireLight, KeyLight};
 use crate::noise::{fractal, noise};
@@ -92,6 +93,7 @@ impl Look for Shaded {
             time: frame.time as f32,
         };
         raster.draw(camera, &surface.position, &surface.triangles, &paper, light);
+        flames::add(frame, camera, light);
         post.bloom(light, camera.size);
         post.develop(light, image);
         Ok(())
