@@ -216,7 +216,7 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
     })?;
     if scene.model == Model::Physical {
         let material = inputs::material(&scene, file, tree)?;
-        use_material(&mut scene, &material, |key| tree.get(key).is_some());
+        use_material(&mut scene, &material, |key| tree.nearest_to(key).1);
     }
     if scene.name.is_empty() {
         let stem = Path::new(&file.name).file_stem().map(|stem| stem.to_string_lossy().into_owned());

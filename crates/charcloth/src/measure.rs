@@ -38,6 +38,11 @@ pub static MEASURES: &[Entry<Build>] = &[
         about: "height of the insulated cosine mode `mode` of a grid over its height at the start [1]",
         item: temperature_mode,
     },
+    Entry {
+        name: "ignition_time",
+        about: "when `node`, or the node nearest to `from`, catches fire [s]",
+        item: ignition_time,
+    },
     Entry { name: "burn_out_time", about: "time from ignition to burn-out of `node` [s]", item: burn_out_time },
     Entry { name: "temperature", about: "temperature of `node` at the end [K]", item: temperature },
     Entry {
@@ -225,6 +230,19 @@ impl Measure for BurnOutTime {
 
     fn value(&self, built: &Built) -> f64 {
         self.burnt_out_at - built.state.burn.ignited_at[self.node]
+    }
+}
+
+struct IgnitionTime(usize);
+
+fn ignition_time(probe: &Probe, _: &Scene, built: &Built) -> Result<Box<dyn Measure>, Error> {
+    Ok(Box::new(IgnitionTime(burn_node_of(probe, built)?)))
+}
+
+impl Measure for IgnitionTime {
+    fn value(&self, built: &Built) -> f64 {
+        let time = built.state.burn.ignited_at[self.0];
+        if time < 0.0 { f64::NAN } else { time }
     }
 }
 

@@ -58,6 +58,16 @@ fn overrides_take_toml_and_bare_words() {
 }
 
 #[test]
+fn a_scene_overrides_its_material() {
+    let text = "model = \"physical\"\n[sheet]\nmaterial = \"tissue\"\ngrammage = 0.05\nvariation.noise = 0\n";
+    let file = read(text, &["shell.thickness=0.2mm"]).unwrap();
+    let scene = &file.cases[0].scene;
+    assert_eq!((scene.sheet.grammage.0, scene.sheet.variation.noise.0, scene.shell.thickness.0), (0.05, 0.0, 0.2e-3));
+    // What it does not say is the material's: the wave length of the crepe.
+    assert_eq!(scene.sheet.variation.correlation_length.0, 1e-3);
+}
+
+#[test]
 fn cases_change_the_base_and_add_rows() {
     let text = r#"
         falsify = { "fire.diffusivity" = 1e-5 }
