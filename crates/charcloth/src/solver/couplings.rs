@@ -116,7 +116,7 @@ mod tests {
             tie([2, 0, 0, 0], [1.0, 0.0, 0.0, 0.0], 1),
         ];
         let x: Vec<DVec3> = (0..5).map(|i| DVec3::new(i as f64, 1.0 - i as f64, (i * i) as f64)).collect();
-        let mut expected = vec![DVec3::ZERO; 5];
+        let mut expected = [DVec3::ZERO; 5];
         let mut couplings = Couplings::default();
         for tie in ties {
             couplings.push(tie);
