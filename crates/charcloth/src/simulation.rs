@@ -467,6 +467,10 @@ impl Simulation {
         let Self { built: Built { state, .. }, physical, scratch, stages, scene, .. } = self;
         let Some(physical) = physical else { return };
         let Scratch { map, normal, burn_position, burn_normal, .. } = scratch;
+        if scene.mechanics.moves {
+            // Those of the last step's forces are of the places before it.
+            *normal = node_normals(&state.motion.position, &state.triangles);
+        }
         if state.has_fine_burn_mesh() && (scene.mechanics.moves || burn_position.len() != state.burn.len()) {
             stages.time("place", || {
                 burn_position.clear();
