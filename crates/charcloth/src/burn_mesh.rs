@@ -7,6 +7,7 @@
 //! parent, so that a coarse moving mesh looks round; along an edge they depend on its two ends alone, so nothing gapes.
 
 use crate::sheet::{BurnEdges, BurnTriangles, NONE, SheetState, Triangles};
+use crate::tear::triangles_at_nodes;
 use glam::{DVec3, Vec2};
 
 /// Finest level that is built: 64 burn triangles a motion triangle.
@@ -129,17 +130,22 @@ pub struct BurnMap {
     first: Vec<u32>,
     /// Burn node, and the part of it that the motion node carries.
     shares: Vec<(u32, f64)>,
+    /// Live burn triangles at each burn node, `first_around[i]..first_around[i + 1]` of `around`, in order.
+    first_around: Vec<u32>,
+    around: Vec<u32>,
 }
 
 impl BurnMap {
     /// Writes the map out; for a burn mesh that is the motion mesh it stays empty.
     pub fn lay_out(&mut self, state: &SheetState) {
-        let Self { parent, weights, held, first, shares } = self;
+        let Self { parent, weights, held, first, shares, first_around, around } = self;
         parent.clear();
         weights.clear();
         held.clear();
         first.clear();
         shares.clear();
+        first_around.clear();
+        around.clear();
         if !state.has_fine_burn_mesh() {
             return;
         }
@@ -160,6 +166,7 @@ impl BurnMap {
                 }
             }
         }
+        (*first_around, *around) = triangles_at_nodes(state.burn.len(), &triangles.corners, &triangles.alive);
         first.resize(state.motion.len() + 1, 0);
         let carriers = |b: usize| {
             let corners = state.triangles.corners[parent[b] as usize];
@@ -180,6 +187,17 @@ impl BurnMap {
                 next[i as usize] += 1;
             }
         }
+    }
+
+    /// Area-weighted unit normal of a burn node by the places of its neighbours; zero where it has no triangle left.
+    pub fn normal(&self, corners: &[[u32; 3]], position: &[DVec3], burn_node: usize) -> DVec3 {
+        let around = self.first_around[burn_node] as usize..self.first_around[burn_node + 1] as usize;
+        let mut sum = DVec3::ZERO;
+        for t in &self.around[around] {
+            let [a, b, c] = corners[*t as usize].map(|i| position[i as usize]);
+            sum += (b - a).cross(c - a);
+        }
+        sum.normalize_or_zero()
     }
 
     /// Gathers a quantity of burn nodes at each motion node, each by the part that the motion node carries. The whole is

@@ -89,8 +89,8 @@ pub fn burn_through(state: &mut SheetState, residual_stiffness: f64) -> bool {
 }
 
 /// Sets the stiffness factor of every spring and triangle, clears the tensions, and marks springs that have burnt
-/// through as broken. Returns whether any has.
-pub fn factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut SpringFactors) -> bool {
+/// through as broken. Returns whether any has. What a finer burn mesh has left is worked out only if it is `fresh`.
+pub fn factors(state: &mut SheetState, residual_stiffness: f64, fresh: bool, factors: &mut SpringFactors) -> bool {
     let count = state.springs.len();
     factors.stiffness.clear();
     for column in [&mut factors.tension, &mut factors.drag] {
@@ -98,7 +98,9 @@ pub fn factors(state: &mut SheetState, residual_stiffness: f64, factors: &mut Sp
         column.resize(count, 0.0);
     }
     if state.has_fine_burn_mesh() {
-        of_fine_triangles(state, residual_stiffness, factors);
+        if fresh {
+            of_fine_triangles(state, residual_stiffness, factors);
+        }
     } else {
         factors.sides.clear();
         factors.triangle.clear();
@@ -148,6 +150,11 @@ fn of_fine_triangles(state: &SheetState, residual: f64, factors: &mut SpringFact
     factors.sides.clear();
     factors.sides.resize(triangles.len(), [0.0; 3]);
     factors.triangle.clear();
+    let burn = &state.burn;
+    let (faces, exact) = (state.has_faces(), residual + (1.0 - residual) == 1.0);
+    let is_whole = |i: usize| {
+        if faces { burn.stiffness[i] == 1.0 } else { exact && burn.fuel[i] == burn.fuel_initial[i] }
+    };
     let mut t = 0;
     for (parent, sides) in factors.sides.iter_mut().enumerate() {
         let first = t;
@@ -155,6 +162,14 @@ fn of_fine_triangles(state: &SheetState, residual: f64, factors: &mut SpringFact
             t += 1;
         }
         let carried = first..t;
+        // Nothing has burnt of most: all that follows would come to 1 exactly.
+        if t > first
+            && carried.clone().all(|t| fine.alive[t] != 0 && fine.corners[t].iter().all(|i| is_whole(*i as usize)))
+        {
+            *sides = [1.0; 3];
+            factors.triangle.push(1.0);
+            continue;
+        }
         let cuts = ((t - first) as f64).sqrt().round().max(1.0);
         // Sum of compliance and number of triangles of each row along each side; the rows count from the corner opposite.
         let mut rows = [[(0.0f64, 0.0f64); 1 << crate::burn_mesh::FINEST]; 3];

@@ -196,6 +196,8 @@ struct Scratch {
     rates: HeatRates,
     forces: Forces,
     factors: SpringFactors,
+    /// Whether burnt mass and stiffness have been brought up to date since motion last looked at them.
+    shown: bool,
 }
 
 /// A running simulation.
@@ -339,6 +341,13 @@ impl Simulation {
         self.unit = unit;
     }
 
+    /// Has the physical model look after every node in every step, which is slow and gives the same bits.
+    pub fn keep_all_awake(&mut self, all: bool) {
+        if let Some(physical) = &mut self.physical {
+            physical.keep_all_awake(all);
+        }
+    }
+
     /// Number of the frame reached.
     pub fn frame_number(&self) -> u32 {
         self.built.state.books.frame[0]
@@ -467,40 +476,50 @@ impl Simulation {
         let Self { built: Built { state, .. }, physical, scratch, stages, scene, .. } = self;
         let Some(physical) = physical else { return };
         let Scratch { map, normal, burn_position, burn_normal, .. } = scratch;
-        if scene.mechanics.moves {
+        let (fine, moves) = (state.has_fine_burn_mesh(), scene.mechanics.moves);
+        if moves {
             // Those of the last step's forces are of the places before it.
             *normal = node_normals(&state.motion.position, &state.triangles);
         }
-        if state.has_fine_burn_mesh() && (scene.mechanics.moves || burn_position.len() != state.burn.len()) {
-            stages.time("place", || {
-                burn_position.clear();
-                let places = |i| map.position(&state.triangles, &state.motion.position, normal, i);
-                burn_position.extend((0..state.burn.len()).map(places));
-                *burn_normal = fine_normals(burn_position, &state.burn_triangles);
-            });
-        }
         let parts = (dt / physical.longest_step() - 1e-9).ceil().max(1.0);
         let start = state.books.time[0];
-        stages.time("burn", || {
-            for part in 0..parts as u64 {
-                let moment = start + part as f64 * (dt / parts);
-                if state.has_fine_burn_mesh() {
-                    physical.advance(state, burn_position, burn_normal, moment, dt / parts);
-                } else {
+        for part in 0..parts as u64 {
+            let moment = start + part as f64 * (dt / parts);
+            stages.time("wake", || physical.wake(state, moment));
+            if !fine {
+                stages.time("burn", || {
                     let position = std::mem::take(&mut state.motion.position);
                     physical.advance(state, &position, normal, moment, dt / parts);
                     state.motion.position = position;
-                }
+                });
+                continue;
             }
-        });
+            stages.time("place", || {
+                let place = |i| map.position(&state.triangles, &state.motion.position, normal, i);
+                if burn_position.len() != state.burn.len() {
+                    burn_position.clear();
+                    burn_position.extend((0..state.burn.len()).map(place));
+                    *burn_normal = fine_normals(burn_position, &state.burn_triangles);
+                } else if moves {
+                    let [awake, near] = physical.awake();
+                    near.iter().for_each(|i| burn_position[*i as usize] = place(*i as usize));
+                    for i in awake.iter().map(|i| *i as usize) {
+                        burn_normal[i] = map.normal(&state.burn_triangles.corners, burn_position, i);
+                    }
+                }
+            });
+            stages.time("burn", || physical.advance(state, burn_position, burn_normal, moment, dt / parts));
+        }
     }
 
     /// Brings what pictures and mechanics see of burning up to date, and takes what has burnt through out of a finer burn
     /// mesh. Once a frame will do: only pictures tell a triangle without fuel from none.
     fn burn_through(&mut self) {
+        let split = self.laid_out != Some(self.topology);
         let state = &mut self.built.state;
-        match &self.physical {
-            Some(physical) => physical.show(state),
+        self.scratch.shown = true;
+        match &mut self.physical {
+            Some(physical) => physical.show(state, split),
             None => homogenise::show(state),
         }
         if homogenise::burn_through(state, self.scene.mechanics.residual_stiffness.0) {
@@ -534,6 +553,7 @@ impl Simulation {
         let Self { built: Built { state, .. }, physical, scratch, .. } = self;
         scratch.normal = node_normals(&state.motion.position, &state.triangles);
         scratch.burn_position.clear();
+        scratch.shown = true;
         if let Some(physical) = physical {
             physical.lay_out(state);
         }
@@ -624,8 +644,12 @@ impl Simulation {
         let start = Instant::now();
         let mut factors = std::mem::take(&mut self.scratch.factors);
         let residual = self.scene.mechanics.residual_stiffness.0;
-        homogenise::carry_mass(&mut self.built.state, &self.scratch.map);
-        let burnt_through = homogenise::factors(&mut self.built.state, residual, &mut factors);
+        // The physical model shows motion what has burnt once a frame.
+        let fresh = std::mem::take(&mut self.scratch.shown) || self.physical.is_none();
+        if fresh {
+            homogenise::carry_mass(&mut self.built.state, &self.scratch.map);
+        }
+        let burnt_through = homogenise::factors(&mut self.built.state, residual, fresh, &mut factors);
         if burnt_through {
             self.topology += 1;
         }

@@ -98,7 +98,7 @@ fn cut_burn_edges(state: &mut SheetState) -> bool {
 }
 
 /// Live triangles at each of so many nodes: first of each in the list, and the list.
-fn triangles_at_nodes(count: usize, corners: &[[u32; 3]], alive: &[u8]) -> (Vec<u32>, Vec<u32>) {
+pub(crate) fn triangles_at_nodes(count: usize, corners: &[[u32; 3]], alive: &[u8]) -> (Vec<u32>, Vec<u32>) {
     let mut first = vec![0u32; count + 1];
     for t in 0..corners.len() {
         if alive[t] != 0 {

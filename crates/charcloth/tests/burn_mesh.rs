@@ -140,12 +140,12 @@ fn a_hairline_that_has_burnt_through_cuts_and_a_hole_weakens() {
         .collect();
     assert_eq!(row.len(), 3);
     let mut factors = charcloth::effects::SpringFactors::default();
-    charcloth::homogenise::factors(&mut state, 0.0, &mut factors);
+    charcloth::homogenise::factors(&mut state, 0.0, true, &mut factors);
     assert!((factors.triangle[0] - 1.0).abs() < 1e-12);
     for t in row {
         state.burn_triangles.alive[t] = 0;
     }
-    charcloth::homogenise::factors(&mut state, 0.0, &mut factors);
+    charcloth::homogenise::factors(&mut state, 0.0, true, &mut factors);
     // The row lies along the side opposite to corner 2: that side keeps the other three rows (1, 5 and 7 of 16).
     assert!((factors.sides[0][2] - 13.0 / 16.0).abs() < 1e-4, "{:?}", factors.sides[0]);
     assert!(factors.sides[0][0] < 0.5 && factors.sides[0][1] < 0.5, "{:?}", factors.sides[0]);

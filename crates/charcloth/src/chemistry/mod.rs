@@ -112,6 +112,8 @@ struct Prepared {
     kind: Kind,
     reactant: usize,
     products: Masses,
+    /// The products, and the reactant that goes.
+    change: Masses,
     volatiles: f64,
     oxides: f64,
     steam: f64,
@@ -412,11 +414,19 @@ fn scales(data: &ChemistryData) -> Masses {
     scales.map(|scale| if scale > 0.0 { scale } else { 1.0 })
 }
 
+/// Products less the reactant, by mass of it.
+fn minus(products: &Masses, reactant: usize) -> Masses {
+    let mut change = *products;
+    change[reactant] -= 1.0;
+    change
+}
+
 fn drying(moisture: &Moisture) -> Prepared {
     Prepared {
         kind: Kind::Drying,
         reactant: Substance::Water as usize,
         products: [0.0; SUBSTANCES],
+        change: minus(&[0.0; SUBSTANCES], Substance::Water as usize),
         volatiles: 0.0,
         oxides: 0.0,
         steam: 1.0,
@@ -495,6 +505,7 @@ fn prepare(reaction: &Reaction, data: &ChemistryData, combustion: &Masses, scale
         kind: if *oxygen > 0.0 { Kind::Oxidation } else { Kind::Pyrolysis },
         reactant,
         products: *products,
+        change: minus(products, reactant),
         volatiles,
         oxides,
         steam: 0.0,

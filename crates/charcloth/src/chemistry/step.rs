@@ -168,6 +168,7 @@ impl Chemistry {
             there |= u32::from(masses[k] > 0.0) << k;
         }
         let air = surroundings.oxygen_fraction > 0.0 && surroundings.oxygen_supply > 0.0;
+        let log_oxygen = if air { surroundings.oxygen_fraction.ln() } else { 0.0 };
         for index in 0..self.count {
             let reaction = &self.reactions[index];
             let oxidises = reaction.kind == Kind::Oxidation;
@@ -181,7 +182,7 @@ impl Chemistry {
             }
             if oxidises {
                 active.takes_oxygen = true;
-                active.oxygen_factor[index] = to_power(surroundings.oxygen_fraction, reaction.oxygen_exponent);
+                active.oxygen_factor[index] = (reaction.oxygen_exponent * log_oxygen).exp();
             }
             active.list[active.count] = index;
             active.count += 1;
@@ -201,11 +202,12 @@ impl Chemistry {
         let mut path = Path { start: layer.temperature, rates: [0.0; REACTIONS], lean, time };
         let over = layer.temperature - REFERENCE_TEMPERATURE;
         let (mut wanted, mut power, mut power_by_oxygen) = (0.0, 0.0, 0.0);
+        let damp = self.damp(active, layer.temperature);
         for &index in &active.list[..active.count] {
             let reaction = &self.reactions[index];
             let rate = reaction.rate(layer.temperature) * active.oxygen_factor[index];
             path.rates[index] = rate;
-            let mass = self.free_mass(&layer.masses, index, layer.temperature);
+            let mass = self.free_mass(&layer.masses, index, damp);
             let mut speed = rate * mass;
             if reaction.order != 1.0 && mass > 0.0 {
                 speed *= to_power(mass / (reaction.scale * layer.dry_mass), reaction.order - 1.0);
@@ -223,14 +225,21 @@ impl Chemistry {
         (Start { power: power + share * power_by_oxygen, share }, path)
     }
 
-    /// What there is to react: for water, what is over the balance with the room.
+    /// What there is to react: for water, what is over the balance with the room, `damp` per mass of what takes up water.
     #[inline]
-    fn free_mass(&self, masses: &Masses, index: usize, temperature: f64) -> f64 {
+    fn free_mass(&self, masses: &Masses, index: usize, damp: f64) -> f64 {
         let reactant = self.reactions[index].reactant;
         if index == 0 {
-            return (masses[reactant] - self.moisture_at(temperature) * takes_up_water(masses)).max(0.0);
+            return (masses[reactant] - damp * takes_up_water(masses)).max(0.0);
         }
         masses[reactant]
+    }
+
+    /// Moisture in balance with the room, where drying is among the reactions [kg per kg of what takes up water].
+    #[inline]
+    fn damp(&self, active: &Active, temperature: f64) -> f64 {
+        // The list is in order, and drying is the first.
+        if active.count > 0 && active.list[0] == 0 { self.moisture_at(temperature) } else { 0.0 }
     }
 
     /// All reactions along a path: half of each in order, half in the opposite order (Eq. 13.9) [Strang1968]. A reaction
@@ -255,9 +264,10 @@ impl Chemistry {
         }
         let mut sweep = Sweep { masses: layer.masses, extent: [0.0; REACTIONS], oxygen_taken: 0.0, heat: 0.0 };
         let middle = 0.5 * (path.start + end);
+        let damp = self.damp(active, middle);
         for &index in list.iter().chain(list.iter().rev()) {
             if halves[index] > NOTHING {
-                self.react_one(&mut sweep, layer, index, middle, halves[index]);
+                self.react_one(&mut sweep, layer, index, damp, halves[index]);
             }
         }
         let over = middle - REFERENCE_TEMPERATURE;
@@ -271,9 +281,9 @@ impl Chemistry {
 
     /// One reaction for an integral of its rate, by its closed form (Eq. 13.4).
     #[inline]
-    fn react_one(&self, sweep: &mut Sweep, layer: &Layer, index: usize, middle: f64, integral: f64) {
+    fn react_one(&self, sweep: &mut Sweep, layer: &Layer, index: usize, damp: f64, integral: f64) {
         let reaction = &self.reactions[index];
-        let free = self.free_mass(&sweep.masses, index, middle);
+        let free = self.free_mass(&sweep.masses, index, damp);
         if free <= 0.0 {
             return;
         }
@@ -282,9 +292,9 @@ impl Chemistry {
         if there - used < LAST * layer.dry_mass {
             used = there;
         }
-        sweep.masses[reaction.reactant] = there - used;
+        // One by one would be waited for by the pairs that the processor adds.
         for k in 0..SUBSTANCES {
-            sweep.masses[k] += used * reaction.products[k];
+            sweep.masses[k] += used * reaction.change[k];
         }
         sweep.extent[index] += used;
     }

@@ -3,13 +3,14 @@
 //! Model: Eq. 14.6 to 14.20, mean values over the thickness of the film, thin-fuel theory at its foot [DeRis1969]
 //! [Delichatsios1986] and laminar natural convection along it [Ahmad1978] [Pagni1977]. No speed of spread enters. Valid
 //! when: flames are laminar, burning lengths to about 0.3 m. Cost: about 30 operations a link and sweep, only near
-//! flames.
+//! flames. Each row gathers from its own links and from what was before the sweep, in fixed chunks.
 
 use super::boundary_layer as layer;
 use super::properties::{GasProperties, STEFAN_BOLTZMANN};
 use super::still_air::plain;
 use super::{FACES, FaceExchange, FaceView, Gas, GasBooks, GasState, SheetView, Surroundings};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The closure and its buffers.
 #[derive(Debug, Clone)]
@@ -60,24 +61,77 @@ const WARM: f64 = 40.0;
 /// Gas this much over the room is carried along [K].
 const HOT: f64 = 2.0;
 
+/// Rows that one thread works on at a time.
+const CHUNK: usize = 128;
+/// One thread does so many rows faster than several.
+const ALONE: usize = 256;
+/// No row.
+const NONE: u32 = u32::MAX;
+
 #[derive(Debug, Clone, Default)]
 struct Scratch {
-    /// Rows worked on.
+    /// Nodes worked on, one a row.
     active: Vec<u32>,
-    is_active: Vec<bool>,
+    /// Row of each node, if it has one.
+    row_of: Vec<u32>,
+    flows: Vec<Flow>,
+    chunks: Vec<Chunk>,
+    /// Films of the rows before and after a sweep; one more row is a film at rest.
+    films: Vec<Film>,
+    films_after: Vec<Film>,
+}
+
+/// Rows that one thread works on, and their links one after the other.
+#[derive(Debug, Clone, Default)]
+struct Chunk {
     rows: Vec<Row>,
-    conductance: Vec<f64>,
-    inflow: Vec<f64>,
-    velocity: Vec<DVec3>,
-    thickness: Vec<f64>,
-    temperature: Vec<f64>,
-    fuel: Vec<f64>,
-    run: Vec<f64>,
+    links: Vec<Link>,
+    /// Number of the first.
+    first: usize,
+    /// Greatest change of temperature in a sweep [K].
+    change: f64,
+}
+
+/// What a film remembers: temperature [K], mass fraction of fuel, run [m].
+#[derive(Debug, Clone, Copy, Default)]
+struct Film {
+    temperature: f64,
+    fuel: f64,
+    run: f64,
+}
+
+/// Velocity [m/s] and thickness [m] of a film.
+#[derive(Debug, Clone, Copy, Default)]
+struct Flow {
+    velocity: DVec3,
+    thickness: f64,
+}
+
+/// What a sweep needs of a link.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    /// Row at the other end.
+    to: u32,
+    /// Mass that flows in [kg/s].
+    inflow: f64,
+    /// What is exchanged and flows in, as heat over temperature [W/K] and as mass [kg/s].
+    heat: f64,
+    mass: f64,
 }
 
 /// What a sweep needs of an active node; it does not change from sweep to sweep.
 #[derive(Debug, Clone, Copy, Default)]
 struct Row {
+    node: u32,
+    /// Row of the node on the other face.
+    other: u32,
+    /// Number of its links.
+    links: u32,
+    /// Temperature of the face [K], and how much of it an igniting flame covers.
+    wall: f64,
+    pilot: f64,
+    /// Fuel gas that comes out [kg/s].
+    emitted: f64,
     /// Heat capacity of its film over the step [W/K].
     storage: f64,
     /// Sum of conductances along the sheet and round its edge [W/K].
@@ -122,20 +176,19 @@ impl Gas for Flame {
         let gas = GasProperties::of(surroundings, faces.oxygen_demand);
         let plain = layer::PlainTable::of(surroundings);
         let step = Step { sheet, faces, surroundings, gas, dt, foot: self.foot, absorption: self.absorption, plain };
-        for face in 0..FACES {
-            step.find_active(face, state, &mut self.scratch[face]);
-            step.find_flow(face, state, &mut self.scratch[face]);
-            step.find_links(face, &mut self.scratch[face]);
-        }
+        let [front, back] = &mut self.scratch;
+        step.find_active(0, state, front);
+        step.find_active(1, state, back);
+        step.find_flow(0, state, front);
+        step.find_flow(1, state, back);
+        step.find_links(0, front, back);
+        step.find_links(1, back, front);
         let mut sweeps = 0;
         while sweeps < self.most_sweeps {
-            let mut change: f64 = 0.0;
-            for face in 0..FACES {
-                change = change.max(step.sweep(face, state, &mut self.scratch[face]));
-            }
             // Both faces are read before either is written.
-            for face in 0..FACES {
-                step.accept(face, state, &self.scratch[face]);
+            let change = step.sweep(front, &back.films).max(step.sweep(back, &front.films));
+            for scratch in [&mut *front, &mut *back] {
+                std::mem::swap(&mut scratch.films, &mut scratch.films_after);
             }
             sweeps += 1;
             if change < self.tolerance {
@@ -143,9 +196,10 @@ impl Gas for Flame {
             }
         }
         let mut books = GasBooks { sweeps, ..GasBooks::default() };
-        for face in 0..FACES {
-            books.active += self.scratch[face].active.len();
-            step.answer(face, state, &self.scratch[face], exchange, &mut books);
+        for (face, scratch) in [front, back].into_iter().enumerate() {
+            books.active += scratch.active.len();
+            step.accept(face, state, scratch);
+            step.answer(face, scratch, exchange, &mut books);
         }
         books.heat_released = books.fuel_burnt * faces.heat_of_combustion;
         books.heat_to_surroundings = books.heat_released - books.heat_to_sheet;
@@ -184,36 +238,40 @@ impl Step<'_> {
     }
 
     fn find_active(&self, face: usize, state: &mut GasState, scratch: &mut Scratch) {
-        let nodes = self.sheet.area.len();
         let ambient = self.gas.ambient;
-        scratch.is_active.resize(nodes, false);
-        scratch.thickness.resize(nodes, 0.0);
-        scratch.velocity.resize(nodes, DVec3::ZERO);
-        scratch.conductance.resize(self.sheet.link_to.len(), 0.0);
-        scratch.inflow.resize(self.sheet.link_to.len(), 0.0);
-        scratch.active.clear();
-        for i in 0..nodes {
+        let Scratch { active, row_of, flows, chunks, films, films_after } = scratch;
+        active.iter().for_each(|i| row_of[*i as usize] = NONE);
+        row_of.resize(self.sheet.area.len(), NONE);
+        active.clear();
+        films.clear();
+        for i in self.sheet.awake {
+            let i = *i as usize;
             let film = &state.temperature[face];
             let alive = self.faces.open[face][i] > 0.0 && self.sheet.normal[i] != DVec3::ZERO;
             let hot = |i: usize| film[i] > ambient + HOT;
-            scratch.is_active[i] = alive
+            let is_active = alive
                 && (hot(i)
                     || self.faces.temperature[face][i] > ambient + WARM
                     || self.faces.pilot[face][i] > 0.0
                     || self.faces.volatile_flux[face][i] > 1e-6
                     || self.links(i).any(|l| hot(self.sheet.link_to[l] as usize)));
-            if scratch.is_active[i] {
-                scratch.active.push(i as u32);
+            if is_active {
+                row_of[i] = active.len() as u32;
+                active.push(i as u32);
+                films.push(Film { temperature: film[i], fuel: state.fuel[face][i], run: state.run[face][i] });
             } else {
                 state.temperature[face][i] = ambient;
                 state.fuel[face][i] = 0.0;
                 state.run[face][i] = 0.0;
             }
         }
-        for column in [&mut scratch.temperature, &mut scratch.fuel, &mut scratch.run] {
-            column.resize(scratch.active.len(), 0.0);
+        films.push(Film { temperature: ambient, fuel: 0.0, run: 0.0 });
+        films_after.clone_from(films);
+        flows.resize(active.len(), Flow::default());
+        let count = active.len().div_ceil(CHUNK);
+        for k in chunks.len()..count {
+            chunks.push(Chunk { first: k * CHUNK, ..Chunk::default() });
         }
-        scratch.rows.resize(scratch.active.len(), Row::default());
     }
 
     /// Thickness and velocity of the film at each active node and its neighbours (Eq. 14.6 to 14.9).
@@ -223,8 +281,8 @@ impl Step<'_> {
         let up = if weight > 0.0 { -gravity / weight } else { DVec3::ZERO };
         let film = &state.temperature[face];
         let span = (self.gas.flame - self.gas.ambient).max(1.0);
-        for k in 0..scratch.active.len() {
-            let i = scratch.active[k] as usize;
+        let Scratch { active, flows, .. } = scratch;
+        let of_node = |i: usize| {
             let outward = if face == 0 { self.sheet.normal[i] } else { -self.sheet.normal[i] };
             let mut gradient = DVec3::ZERO;
             for l in self.links(i) {
@@ -246,62 +304,91 @@ impl Step<'_> {
             } else {
                 DVec3::ZERO
             };
-            scratch.velocity[i] = layer::MEAN_SPEED * (buoyant + wind);
-            scratch.thickness[i] = scale.thickness(run);
+            Flow { velocity: layer::MEAN_SPEED * (buoyant + wind), thickness: scale.thickness(run) }
+        };
+        let of_chunk = |(flows, active): (&mut [Flow], &[u32])| {
+            for (flow, i) in flows.iter_mut().zip(active) {
+                *flow = of_node(*i as usize);
+            }
+        };
+        if active.len() > ALONE {
+            flows.par_chunks_mut(CHUNK).zip(active.par_chunks(CHUNK)).for_each(of_chunk);
+        } else {
+            of_chunk((flows, active));
         }
     }
 
     /// Conductances and mass flows of the links of active nodes (Eq. 14.14, 14.15), and what is fixed in their rows.
-    fn find_links(&self, face: usize, scratch: &mut Scratch) {
-        let gas = &self.gas;
-        for k in 0..scratch.active.len() {
-            let i = scratch.active[k] as usize;
-            let thickness = scratch.thickness[i];
-            let mut row = Row::default();
-            for l in self.links(i) {
-                let j = self.sheet.link_to[l] as usize;
-                let both = scratch.is_active[j];
-                let (other, velocity) = if both {
-                    (scratch.thickness[j], 0.5 * (scratch.velocity[i] + scratch.velocity[j]))
-                } else {
-                    (thickness, scratch.velocity[i])
-                };
-                let mean = 0.5 * (thickness + other);
-                let along = (self.sheet.position[j] - self.sheet.position[i]).normalize_or_zero();
-                let speed = velocity.dot(along);
-                let (length, width) = (self.sheet.link_length[l], self.sheet.link_width[l]);
-                let decay = layer::decay_rate(speed.abs(), gas.diffusivity, mean, 1.0);
-                let open = self.faces.open[face][j].min(self.faces.open[face][i]);
-                let reach = length * decay;
-                let conductance =
-                    open * gas.conductivity * mean * width / length * (1.0 + reach + COARSE * reach * reach);
-                let flow = open * gas.density * mean * width * speed;
-                scratch.conductance[l] = conductance;
-                scratch.inflow[l] = (-flow).max(0.0);
-                row.conductance += conductance;
-                row.inflow += (-flow).max(0.0);
-                row.outflow += flow.max(0.0);
+    fn find_links(&self, face: usize, scratch: &mut Scratch, other: &Scratch) {
+        let Scratch { active, row_of, flows, chunks, .. } = scratch;
+        let (row_of, flows) = (&*row_of, &*flows);
+        let (at_rest, other_at_rest) = (active.len() as u32, other.active.len() as u32);
+        let of_chunk = |(chunk, active): (&mut Chunk, &[u32])| {
+            chunk.rows.clear();
+            chunk.links.clear();
+            for i in active {
+                let i = *i as usize;
+                let mut row = self.row(face, i, row_of, flows, at_rest, &mut chunk.links);
+                let other = other.row_of[i];
+                row.other = if other == NONE { other_at_rest } else { other };
+                chunk.rows.push(row);
             }
-            let area = self.sheet.area[i] * self.faces.open[face][i];
-            let factor = layer::edge_factor(self.sheet.edge_distance[i], self.sheet.area[i].sqrt(), thickness);
-            row.storage = gas.density * gas.heat_capacity * thickness * area / self.dt;
-            row.around = gas.conductivity * self.sheet.edge_length[i] / std::f64::consts::PI;
-            row.conductance += row.around;
-            row.across = area * factor * gas.conductivity / thickness;
-            row.plain = 2.0 * area * self.plain.at(self.faces.temperature[face][i]);
-            if self.sheet.edge_length[i] > 0.0 {
-                row.fresh = gas.heat_capacity * (row.outflow - row.inflow).max(0.0);
-            }
-            row.blowing =
-                layer::blowing(self.faces.gas_flux[face][i] * area * gas.heat_capacity / row.across.max(1e-30));
-            row.emissivity =
-                -(-self.absorption * self.surroundings.pressure / super::properties::ATMOSPHERE * thickness).exp_m1();
-            row.radiance = 2.0 * area * row.emissivity * STEFAN_BOLTZMANN;
-            row.carried = gas.density * thickness * scratch.velocity[i].length() * area;
-            row.thickness = thickness;
-            (row.completeness, row.flame_rise) = self.reaction(&row, self.faces.temperature[face][i]);
-            scratch.rows[k] = row;
+        };
+        let count = active.len().div_ceil(CHUNK);
+        if active.len() > ALONE {
+            chunks[..count].par_iter_mut().zip(active.par_chunks(CHUNK)).for_each(of_chunk);
+        } else {
+            chunks[..count].iter_mut().zip(active.chunks(CHUNK)).for_each(of_chunk);
         }
+    }
+
+    fn row(&self, face: usize, i: usize, row_of: &[u32], flows: &[Flow], at_rest: u32, links: &mut Vec<Link>) -> Row {
+        let gas = &self.gas;
+        let Flow { velocity: here, thickness } = flows[row_of[i] as usize];
+        let mut row = Row { node: i as u32, links: self.links(i).len() as u32, ..Row::default() };
+        for l in self.links(i) {
+            let j = self.sheet.link_to[l] as usize;
+            let (to, other, velocity) = match row_of[j] {
+                NONE => (at_rest, thickness, here),
+                to => (to, flows[to as usize].thickness, 0.5 * (here + flows[to as usize].velocity)),
+            };
+            let mean = 0.5 * (thickness + other);
+            let along = (self.sheet.position[j] - self.sheet.position[i]).normalize_or_zero();
+            let speed = velocity.dot(along);
+            let (length, width) = (self.sheet.link_length[l], self.sheet.link_width[l]);
+            let decay = layer::decay_rate(speed.abs(), gas.diffusivity, mean, 1.0);
+            let open = self.faces.open[face][j].min(self.faces.open[face][i]);
+            let reach = length * decay;
+            let conductance = open * gas.conductivity * mean * width / length * (1.0 + reach + COARSE * reach * reach);
+            let flow = open * gas.density * mean * width * speed;
+            let inflow = (-flow).max(0.0);
+            let heat = conductance + gas.heat_capacity * inflow;
+            links.push(Link { to, inflow, heat, mass: heat / gas.heat_capacity });
+            row.conductance += conductance;
+            row.inflow += inflow;
+            row.outflow += flow.max(0.0);
+        }
+        row.wall = self.faces.temperature[face][i];
+        row.pilot = self.faces.pilot[face][i];
+        row.emitted = self.faces.volatile_flux[face][i] * self.sheet.area[i] * self.faces.open[face][i];
+        let area = self.sheet.area[i] * self.faces.open[face][i];
+        let factor = layer::edge_factor(self.sheet.edge_distance[i], self.sheet.area[i].sqrt(), thickness);
+        row.storage = gas.density * gas.heat_capacity * thickness * area / self.dt;
+        row.around = gas.conductivity * self.sheet.edge_length[i] / std::f64::consts::PI;
+        row.conductance += row.around;
+        row.across = area * factor * gas.conductivity / thickness;
+        row.plain = 2.0 * area * self.plain.at(row.wall);
+        if self.sheet.edge_length[i] > 0.0 {
+            row.fresh = gas.heat_capacity * (row.outflow - row.inflow).max(0.0);
+        }
+        row.blowing = layer::blowing(self.faces.gas_flux[face][i] * area * gas.heat_capacity / row.across.max(1e-30));
+        row.emissivity =
+            -(-self.absorption * self.surroundings.pressure / super::properties::ATMOSPHERE * thickness).exp_m1();
+        row.radiance = 2.0 * area * row.emissivity * STEFAN_BOLTZMANN;
+        row.carried = gas.density * thickness * here.length() * area;
+        row.thickness = thickness;
+        (row.completeness, row.flame_rise) = self.reaction(&row, row.wall);
+        row
     }
 
     /// Part of what could burn that does in a film that is alight, and the temperature of its flame over that of the face
@@ -324,8 +411,8 @@ impl Step<'_> {
 
     /// How the film burns at a temperature and mass fraction of fuel (Eq. 14.18).
     #[inline]
-    fn burning(&self, row: &Row, film: f64, fuel: f64, pilot: f64) -> Burning {
-        let lit = ((film - IGNITION_BEGINS) / (IGNITION_ENDS - IGNITION_BEGINS)).clamp(0.0, 1.0).max(pilot);
+    fn burning(&self, row: &Row, film: f64, fuel: f64) -> Burning {
+        let lit = ((film - IGNITION_BEGINS) / (IGNITION_ENDS - IGNITION_BEGINS)).clamp(0.0, 1.0).max(row.pilot);
         let completeness = row.completeness * lit;
         let diffusion = row.across / self.gas.heat_capacity * WALL_OVER_FILM;
         // The flame is all there once its fuel can pay for the heat that the face takes.
@@ -345,103 +432,118 @@ impl Step<'_> {
         }
     }
 
-    /// One Jacobi sweep over a face: from the state into the scratch. Returns the greatest change of temperature.
-    fn sweep(&self, face: usize, state: &GasState, scratch: &mut Scratch) -> f64 {
-        let Scratch { active, rows, conductance, inflow, temperature, fuel, run, .. } = scratch;
-        let (film, unburnt, runs) = (&state.temperature[face], &state.fuel[face], &state.run[face]);
+    /// One Jacobi sweep over a face: films into films after. Returns the greatest change of temperature.
+    fn sweep(&self, scratch: &mut Scratch, other: &[Film]) -> f64 {
+        let Scratch { active, chunks, films, films_after, .. } = scratch;
+        let films = &*films;
+        let of_chunk = |(chunk, after): (&mut Chunk, &mut [Film])| {
+            let mut links = chunk.links.iter();
+            let first = chunk.first;
+            chunk.change = 0.0;
+            for ((row, after), here) in chunk.rows.iter().zip(after).zip(&films[first..]) {
+                *after = self.swept(row, here, links.by_ref().take(row.links as usize), films, other);
+                chunk.change = chunk.change.max((after.temperature - here.temperature).abs());
+            }
+        };
+        let (rows, count) = (active.len(), active.len().div_ceil(CHUNK));
+        let (chunks, after) = (&mut chunks[..count], &mut films_after[..rows]);
+        if rows > ALONE {
+            chunks.par_iter_mut().zip(after.par_chunks_mut(CHUNK)).for_each(of_chunk);
+        } else {
+            chunks.iter_mut().zip(after.chunks_mut(CHUNK)).for_each(of_chunk);
+        }
+        chunks.iter().fold(0.0, |greatest, chunk| greatest.max(chunk.change))
+    }
+
+    /// A film after a sweep.
+    #[inline]
+    fn swept<'a>(
+        &self,
+        row: &Row,
+        here: &Film,
+        links: impl Iterator<Item = &'a Link>,
+        films: &[Film],
+        other: &[Film],
+    ) -> Film {
         let (gas, ambient) = (&self.gas, self.gas.ambient);
         let span = (gas.flame - ambient).max(1.0);
-        let mut greatest: f64 = 0.0;
-        for k in 0..active.len() {
-            let (i, row) = (active[k] as usize, &rows[k]);
-            let (mut heat, mut mass, mut came) = (row.around * state.temperature[1 - face][i], 0.0, 0.0);
-            mass += row.around / gas.heat_capacity * state.fuel[1 - face][i];
-            for l in self.links(i) {
-                let j = self.sheet.link_to[l] as usize;
-                let carried = conductance[l] + gas.heat_capacity * inflow[l];
-                heat += carried * film[j];
-                mass += carried / gas.heat_capacity * unburnt[j];
-                came += inflow[l] * runs[j];
-            }
-            let wall = self.faces.temperature[face][i];
-            let pilot = self.faces.pilot[face][i];
-            let burning = self.burning(row, film[i], unburnt[i], pilot);
-            // Eq. 14.16: heat of the film.
-            let begun = runs[i] / (runs[i] + row.thickness);
-            let near = 1.0 + burning.flame * (gas.nearness - 1.0);
-            let (to_wall, out) = if film[i] > wall {
-                (row.across * row.blowing * near, row.across * begun * (1.0 - burning.flame))
-            } else {
-                (row.plain, row.plain * (1.0 - burning.flame))
-            };
-            let lit = HOLD * row.across * pilot;
-            let radiated = burning.flame * row.radiance * film[i].min(gas.adiabatic).powi(3);
-            let sources = row.storage * film[i]
-                + heat
-                + to_wall * wall
-                + (out + row.fresh) * ambient
-                + burning.hold * gas.potential
-                + lit * gas.flame;
-            let sinks = row.storage
-                + row.conductance
-                + gas.heat_capacity * row.inflow
-                + to_wall
-                + out
-                + row.fresh
-                + burning.hold
-                + lit
-                + radiated;
-            let after = sources / sinks;
-            greatest = greatest.max((after - film[i]).abs());
-            temperature[k] = after;
-            // Eq. 14.17: fuel in the film.
-            let emitted = self.faces.volatile_flux[face][i] * self.sheet.area[i] * self.faces.open[face][i];
-            let leaves = self.leaving(row, emitted, unburnt[i]);
-            let sources = row.storage / gas.heat_capacity * unburnt[i] + mass + emitted;
-            let sinks = (row.storage + row.conductance) / gas.heat_capacity
-                + row.outflow
-                + leaves
-                + burning.consumption
-                + burning.escape;
-            fuel[k] = sources / sinks.max(1e-30);
-            // Eq. 14.19: run of the film since the foot.
-            let warmth = ((film[i] - ambient) / span).clamp(0.0, 1.0);
-            let goes_on = (burning.flame + begun * (4.0 * warmth).min(1.0)).min(1.0);
-            let through = row.inflow.max(row.outflow);
-            let sinks = through + row.carried * (1.0 - goes_on) / row.thickness;
-            run[k] = if sinks > 0.0 { ((came + row.carried * goes_on) / sinks).min(2.0) } else { 0.0 };
+        let Film { temperature: film, fuel: unburnt, run } = *here;
+        let over = &other[row.other as usize];
+        let (mut heat, mut mass, mut came) = (row.around * over.temperature, 0.0, 0.0);
+        mass += row.around / gas.heat_capacity * over.fuel;
+        for link in links {
+            let next = &films[link.to as usize];
+            heat += link.heat * next.temperature;
+            mass += link.mass * next.fuel;
+            came += link.inflow * next.run;
         }
-        greatest
+        let burning = self.burning(row, film, unburnt);
+        // Eq. 14.16: heat of the film.
+        let begun = run / (run + row.thickness);
+        let near = 1.0 + burning.flame * (gas.nearness - 1.0);
+        let (to_wall, out) = if film > row.wall {
+            (row.across * row.blowing * near, row.across * begun * (1.0 - burning.flame))
+        } else {
+            (row.plain, row.plain * (1.0 - burning.flame))
+        };
+        let lit = HOLD * row.across * row.pilot;
+        let radiated = burning.flame * row.radiance * film.min(gas.adiabatic).powi(3);
+        let sources = row.storage * film
+            + heat
+            + to_wall * row.wall
+            + (out + row.fresh) * ambient
+            + burning.hold * gas.potential
+            + lit * gas.flame;
+        let sinks = row.storage
+            + row.conductance
+            + gas.heat_capacity * row.inflow
+            + to_wall
+            + out
+            + row.fresh
+            + burning.hold
+            + lit
+            + radiated;
+        let temperature = sources / sinks;
+        // Eq. 14.17: fuel in the film.
+        let leaves = self.leaving(row, unburnt);
+        let sources = row.storage / gas.heat_capacity * unburnt + mass + row.emitted;
+        let sinks = (row.storage + row.conductance) / gas.heat_capacity
+            + row.outflow
+            + leaves
+            + burning.consumption
+            + burning.escape;
+        let fuel = sources / sinks.max(1e-30);
+        // Eq. 14.19: run of the film since the foot.
+        let warmth = ((film - ambient) / span).clamp(0.0, 1.0);
+        let goes_on = (burning.flame + begun * (4.0 * warmth).min(1.0)).min(1.0);
+        let through = row.inflow.max(row.outflow);
+        let sinks = through + row.carried * (1.0 - goes_on) / row.thickness;
+        let run = if sinks > 0.0 { ((came + row.carried * goes_on) / sinks).min(2.0) } else { 0.0 };
+        Film { temperature, fuel, run }
     }
 
     /// Rate at which gas leaves the face for the plume, per mass fraction [kg/s]: what streams together from all sides,
     /// and what a film that is all fuel cannot hold.
     #[inline]
-    fn leaving(&self, row: &Row, emitted: f64, fuel: f64) -> f64 {
-        (row.inflow - row.outflow).max(0.0) + emitted * fuel * fuel
+    fn leaving(&self, row: &Row, fuel: f64) -> f64 {
+        (row.inflow - row.outflow).max(0.0) + row.emitted * fuel * fuel
     }
 
     fn accept(&self, face: usize, state: &mut GasState, scratch: &Scratch) {
-        for k in 0..scratch.active.len() {
-            let i = scratch.active[k] as usize;
-            state.temperature[face][i] = scratch.temperature[k];
-            state.fuel[face][i] = scratch.fuel[k];
-            state.run[face][i] = scratch.run[k];
+        for (i, film) in scratch.active.iter().zip(&scratch.films) {
+            let i = *i as usize;
+            state.temperature[face][i] = film.temperature;
+            state.fuel[face][i] = film.fuel;
+            state.run[face][i] = film.run;
         }
     }
 
     /// What the sheet gets of the film (Eq. 14.12, 14.13, 14.20).
-    fn answer(
-        &self,
-        face: usize,
-        state: &GasState,
-        scratch: &Scratch,
-        exchange: &mut FaceExchange,
-        books: &mut GasBooks,
-    ) {
+    fn answer(&self, face: usize, scratch: &Scratch, exchange: &mut FaceExchange, books: &mut GasBooks) {
         let (gas, ambient) = (&self.gas, self.gas.ambient);
-        for i in 0..self.sheet.area.len() {
-            if scratch.is_active[i] {
+        for i in self.sheet.awake {
+            let i = *i as usize;
+            if scratch.row_of[i] != NONE {
                 continue;
             }
             let answer = plain(self.faces, self.surroundings, &self.plain, face, i);
@@ -458,12 +560,13 @@ impl Step<'_> {
             books.heat_to_sheet += self.sheet.area[i] * answer.convection;
             books.heat_radiated += self.sheet.area[i] * answer.radiation;
         }
-        for k in 0..scratch.active.len() {
-            let (i, row) = (scratch.active[k] as usize, &scratch.rows[k]);
-            let (film, fuel) = (state.temperature[face][i], state.fuel[face][i]);
-            let (wall, open) = (self.faces.temperature[face][i], self.faces.open[face][i]);
-            let area = self.sheet.area[i];
-            let burning = self.burning(row, film, fuel, self.faces.pilot[face][i]);
+        let count = scratch.active.len().div_ceil(CHUNK);
+        let rows = scratch.chunks[..count].iter().flat_map(|chunk| &chunk.rows);
+        for (k, (row, film)) in rows.zip(&scratch.films).enumerate() {
+            let (i, wall) = (row.node as usize, row.wall);
+            let Film { temperature: film, fuel, .. } = *film;
+            let (area, open) = (self.sheet.area[i], self.faces.open[face][i]);
+            let burning = self.burning(row, film, fuel);
             let near = 1.0 + burning.flame * (gas.nearness - 1.0);
             let to_wall = if film > wall { row.across * row.blowing * near } else { row.plain } / area;
             let emissive = open * self.faces.emissivity * STEFAN_BOLTZMANN;
@@ -478,13 +581,12 @@ impl Step<'_> {
             exchange.oxygen_supply[face][i] = air * transfer / gas.heat_capacity * gas.oxygen_mass_fraction;
             exchange.flame[face][i] = burning.flame;
             exchange.standoff[face][i] = row.thickness * (1.0 - gas.stoichiometric);
-            exchange.velocity[face][i] = scratch.velocity[i];
-            let emitted = self.faces.volatile_flux[face][i] * area * open;
-            let left = fuel * self.leaving(row, emitted, fuel);
+            exchange.velocity[face][i] = scratch.flows[k].velocity;
+            let left = fuel * self.leaving(row, fuel);
             // A sheet of flame on both sides of what leaves burns it at the rate of diffusion.
             let rate = 2.0 * gas.conductivity / (gas.heat_capacity * row.thickness) * area.sqrt();
             exchange.flame_height[face][i] = row.thickness + left * burning.flame.max(0.05) / rate;
-            books.fuel_in += emitted;
+            books.fuel_in += row.emitted;
             books.fuel_burnt += fuel * burning.consumption;
             books.fuel_left += left + fuel * burning.escape;
             books.heat_to_sheet += area * convection;

@@ -20,9 +20,12 @@ pub type PerFace<T> = [Vec<T>; FACES];
 /// The sheet as the gas sees it; one row a node.
 #[derive(Debug, Clone, Copy)]
 pub struct SheetView<'a> {
-    /// Where it is now [m].
+    /// Nodes to look after, in order. At all others both faces have the temperature of the room and give off nothing, both
+    /// films are at rest, and those of their neighbours too; nobody asks what they get.
+    pub awake: &'a [u32],
+    /// Where it is now [m]; right at the nodes that are awake and at their neighbours.
     pub position: &'a [DVec3],
-    /// Unit normal now; zero where there is no surface.
+    /// Unit normal now, at the nodes that are awake; zero where there is no surface.
     pub normal: &'a [DVec3],
     /// Area of one face, at rest [m2].
     pub area: &'a [f64],

@@ -1,7 +1,7 @@
 //! Air in which nothing burns.
 //!
 //! Model: Eq. 14.12 and 14.13 without a flame. Source: [Churchill1975]. Valid when: there is no flame, or none is
-//! wanted. Cost: one pass over the nodes.
+//! wanted. Cost: one pass over the nodes that are awake.
 
 use super::properties::STEFAN_BOLTZMANN;
 use super::{FACES, FaceExchange, FaceView, Gas, GasBooks, GasState, SheetView, Surroundings, boundary_layer};
@@ -24,7 +24,8 @@ impl Gas for StillAir {
         let table = boundary_layer::PlainTable::of(surroundings);
         let mut books = GasBooks::default();
         for face in 0..FACES {
-            for i in 0..sheet.area.len() {
+            for i in sheet.awake {
+                let i = *i as usize;
                 let answer = plain(faces, surroundings, &table, face, i);
                 let area = sheet.area[i];
                 exchange.heat_flux[face][i] = answer.convection - answer.radiation;

@@ -3,8 +3,8 @@
 //! Model: linear finite elements with lumped heat capacity, in the coordinates of each triangle's grain (Eq. 15.2). Where
 //! a weight is negative (obtuse in those coordinates) its flux runs from cold to hot; such fluxes are limited so that no
 //! node passes the extremes of its neighbours [Kuzmin2009]. Converges at second order where the field is smooth, and
-//! brings no new extremes anywhere. Valid when: the step is under `longest_step`. Cost: one pass over the links, a second
-//! over those nodes that have a negative one.
+//! brings no new extremes anywhere. Valid when: the step is under `longest_step`. Cost: one pass over the links of the
+//! nodes that are awake, a second over those that have a negative one.
 
 use super::layout::{Layout, sides};
 use crate::chemistry::Chemistry;
@@ -21,8 +21,8 @@ pub(super) struct Conduction {
     pub sheet_conductance: [f64; 2],
     /// Of each link, may be negative [W/K].
     conductance: Vec<f64>,
-    /// Nodes with a negative link, in order.
-    limited: Vec<u32>,
+    /// Whether a node has a negative link.
+    limited: Vec<bool>,
     /// Part of the flux that each node may take in, and give, against the fall of temperature.
     rising: Vec<f64>,
     falling: Vec<f64>,
@@ -63,9 +63,7 @@ impl Conduction {
         let mut fastest = 0.0f64;
         for i in 0..state.burn.len() {
             let positive: f64 = layout.links(i).map(|l| self.conductance[l].max(0.0)).sum();
-            if layout.links(i).any(|l| self.conductance[l] < 0.0) {
-                self.limited.push(i as u32);
-            }
+            self.limited.push(layout.links(i).any(|l| self.conductance[l] < 0.0));
             let dry_mass = state.front.dry_mass[i] + state.back.dry_mass[i];
             let capacity = chemistry.heat_capacity(&chemistry.layer(dry_mass).masses, chemistry.room().temperature);
             // The limiter lets through as much again as the positive links carry.
@@ -82,11 +80,10 @@ impl Conduction {
         if self.conductance.is_empty() { f64::INFINITY } else { self.longest_step }
     }
 
-    /// Heat conducted into each node [W] (Eq. 15.2).
-    pub fn conduct(&mut self, temperature: &[f64], layout: &Layout, heat: &mut Vec<f64>) {
+    /// Heat conducted into each node that is awake [W] (Eq. 15.2). All others are as warm as their neighbours.
+    pub fn conduct(&mut self, temperature: &[f64], layout: &Layout, awake: &[u32], heat: &mut Vec<f64>) {
         heat.clear();
-        for i in &self.limited {
-            let i = *i as usize;
+        for i in awake.iter().map(|i| *i as usize).filter(|i| self.limited[*i]) {
             let (mut most, mut least) = (0.0f64, 0.0f64);
             let (mut gains, mut losses, mut positive) = (0.0, 0.0, 0.0);
             for l in layout.links(i) {
@@ -103,7 +100,7 @@ impl Conduction {
             self.rising[i] = if gains > 0.0 { (positive * most / gains).min(1.0) } else { 1.0 };
             self.falling[i] = if losses < 0.0 { (positive * least / losses).min(1.0) } else { 1.0 };
         }
-        for i in 0..temperature.len() {
+        for i in awake.iter().map(|i| *i as usize) {
             let here = temperature[i];
             let mut sum = 0.0;
             for l in layout.links(i) {

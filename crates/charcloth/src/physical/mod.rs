@@ -4,8 +4,9 @@
 //! through the thickness, and along the sheet by conduction with the grain (Eq. 15.1 to 15.3); the gas says what each
 //! face gets (docs/physics.md, section 14), the chemistry what becomes of it (section 13). No speed of spread enters.
 //! Sources: with the equations. Valid when: the sheet is thin (Biot number of the half-layer under 0.2). Cost: a
-//! microsecond a burning node and step; a cold node costs a look at its temperatures.
+//! microsecond a burning node and step; nodes at rest are not looked at (`awake.rs`).
 
+mod awake;
 mod conduction;
 mod layout;
 mod shrinkage;
@@ -19,6 +20,7 @@ use crate::registry;
 use crate::scene::{Backing, Edges, Scene};
 use crate::sheet::{Books, BurnNodes, FaceNodes, SheetState};
 use crate::substances::{Masses, Substance};
+use awake::Awake;
 use conduction::Conduction;
 use glam::DVec3;
 use layout::Layout;
@@ -67,6 +69,8 @@ struct Work {
     released: [Released; FACES],
     /// Conductance through the thickness [W/K].
     through: f64,
+    /// Heat conducted to it along the sheet [W].
+    conducted: f64,
 }
 
 /// The model of a scene, and its buffers.
@@ -99,9 +103,12 @@ pub struct Physical {
     volatile_flux: [Vec<f64>; FACES],
     gas_flux: [Vec<f64>; FACES],
     exchange: FaceExchange,
-    /// Heat conducted into each node along the sheet [W].
+    awake: Awake,
+    /// Heat conducted along the sheet into each node that is awake [W].
     conducted: Vec<f64>,
     work: Vec<Work>,
+    /// Nodes to show.
+    shown: Vec<u32>,
 }
 
 fn masses(face: &FaceNodes, i: usize) -> Masses {
@@ -188,8 +195,10 @@ impl Physical {
             volatile_flux: Default::default(),
             gas_flux: Default::default(),
             exchange: FaceExchange::default(),
+            awake: Awake::default(),
             conducted: Vec::new(),
             work: Vec::new(),
+            shown: Vec::new(),
             chemistry,
         };
         for (row, nodes) in scene.heater.iter().zip(heaters) {
@@ -208,7 +217,7 @@ impl Physical {
     }
 
     /// The sheet in balance with the room.
-    fn fill(&self, state: &mut SheetState, framed: bool) {
+    fn fill(&mut self, state: &mut SheetState, framed: bool) {
         let count = state.burn.len();
         let wet: f64 = self.chemistry.composition().iter().sum();
         let edges = layout::free_edges(state);
@@ -236,7 +245,7 @@ impl Physical {
             // No rate is the full one here.
             state.burn.burn_rate_full[i] = 0.0;
         }
-        self.show(state);
+        self.show(state, true);
         state.books.mass_initial[0] = state.burn.mass.iter().sum();
         state.motion.inert_mass.fill(0.0);
     }
@@ -266,13 +275,56 @@ impl Physical {
                 column[face].resize(count, 0.0);
             }
         }
+        self.awake.lose(count);
     }
 
-    /// Advances heat, chemistry and gas by a step from a time on [s], with burn nodes at these places and with these normals.
-    pub fn advance(&mut self, state: &mut SheetState, position: &[DVec3], normal: &[DVec3], time: f64, dt: f64) {
+    /// Looks after every node in every step, or after those alone where something happens; the bits are the same.
+    pub fn keep_all_awake(&mut self, all: bool) {
+        self.awake.all = all;
+        self.awake.lose(self.layout.start.len().saturating_sub(1));
+    }
+
+    /// Finds the nodes where something happens in a step from a time on [s]. To be called before each step.
+    pub fn wake(&mut self, state: &SheetState, time: f64) {
         self.hold(time);
+        let SheetState { front, back, .. } = state;
+        let room = self.room.temperature;
+        let stirs = |i: usize| {
+            [front, back].into_iter().enumerate().any(|(face, nodes)| {
+                nodes.temperature[i] != room
+                    || nodes.film_temperature[i] != room
+                    || nodes.volatile_rate[i] != 0.0
+                    || nodes.film_fuel[i] != 0.0
+                    || nodes.film_run[i] != 0.0
+                    || self.pilot[face][i] != 0.0
+                    || self.heater[face][i] != 0.0
+            })
+        };
+        let pilots = self.pilots.iter().filter(|pilot| pilot.start <= time && time < pilot.end);
+        let heaters = self.heaters.iter().filter(|heater| heater.start <= time && time < heater.end);
+        let held = pilots.flat_map(|pilot| &pilot.nodes).chain(heaters.flat_map(|heater| &heater.nodes));
+        self.awake.find(&self.layout, stirs, held.map(|i| *i as usize));
+        // What sleeps has no flame.
+        for i in &self.awake.fallen_asleep {
+            for face in 0..FACES {
+                for column in [&mut self.exchange.flame[face], &mut self.exchange.flame_height[face]] {
+                    column[*i as usize] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// Nodes that are awake, and the same with their neighbours.
+    pub fn awake(&mut self) -> [&[u32]; 2] {
+        self.awake.find_near(&self.layout);
+        [&self.awake.nodes, &self.awake.near]
+    }
+
+    /// Advances heat, chemistry and gas by a step from a time on [s], with burn nodes at these places and with these
+    /// normals: those that are awake, and places of their neighbours.
+    pub fn advance(&mut self, state: &mut SheetState, position: &[DVec3], normal: &[DVec3], time: f64, dt: f64) {
         self.ask_gas(state, position, normal, dt);
-        self.conduction.conduct(&state.burn.temperature, &self.layout, &mut self.conducted);
+        self.conduction.conduct(&state.burn.temperature, &self.layout, &self.awake.nodes, &mut self.conducted);
         self.gather(state);
         let chemistry = &self.chemistry;
         self.work.par_chunks_mut(CHUNK).for_each(|chunk| chunk.iter_mut().for_each(|work| work.advance(chemistry, dt)));
@@ -303,10 +355,10 @@ impl Physical {
         let SheetState { burn, front, back, books, .. } = state;
         let faces = [&mut *front, &mut *back];
         for (face, nodes) in faces.iter().enumerate() {
-            let fluxes = self.volatile_flux[face].iter_mut().zip(&mut self.gas_flux[face]);
-            for (i, (volatile, gas)) in fluxes.enumerate() {
-                *volatile = nodes.volatile_rate[i] / burn.area[i];
-                *gas = nodes.gas_rate[i] / burn.area[i];
+            for i in &self.awake.nodes {
+                let i = *i as usize;
+                self.volatile_flux[face][i] = nodes.volatile_rate[i] / burn.area[i];
+                self.gas_flux[face][i] = nodes.gas_rate[i] / burn.area[i];
             }
         }
         let [front, back] = faces;
@@ -317,6 +369,7 @@ impl Physical {
         };
         let Layout { start, to, length, width, .. } = &self.layout;
         let sheet = SheetView {
+            awake: &self.awake.nodes,
             position,
             normal,
             area: &burn.area,
@@ -354,18 +407,19 @@ impl Physical {
         let faces = [front, back];
         let room = self.room.temperature;
         self.work.clear();
-        for i in 0..burn.len() {
+        for (i, conducted) in self.awake.nodes.iter().zip(&self.conducted) {
+            let (i, conducted) = (*i as usize, *conducted);
             let heated = |face: usize| {
                 faces[face].temperature[i] != room
                     || self.exchange.heat_flux[face][i] != 0.0
                     || self.heater[face][i] != 0.0
             };
-            if !(heated(0) || heated(1) || self.conducted[i] != 0.0) {
+            if !(heated(0) || heated(1) || conducted != 0.0) {
                 continue;
             }
             let area = burn.area[i];
             let around = |face: usize| Surroundings {
-                heat: area * (self.exchange.heat_flux[face][i] + self.heater[face][i]) + 0.5 * self.conducted[i],
+                heat: area * (self.exchange.heat_flux[face][i] + self.heater[face][i]) + 0.5 * conducted,
                 heat_slope: area * self.exchange.heat_flux_slope[face][i],
                 about: faces[face].temperature[i],
                 oxygen_fraction: self.exchange.surface_oxygen[face][i],
@@ -377,6 +431,7 @@ impl Physical {
                 around: [around(0), around(1)],
                 released: [Released::default(); FACES],
                 through: self.through * area,
+                conducted,
             });
         }
     }
@@ -405,7 +460,7 @@ impl Physical {
                 fuel_gas += released.volatiles;
                 add(&mut sums, released);
             }
-            conducted += self.conducted[i] * dt;
+            conducted += work.conducted * dt;
             let mean = 0.5 * (front.temperature[i] + back.temperature[i]);
             burn.temperature[i] = mean;
             burn.peak_temperature[i] = burn.peak_temperature[i].max(front.temperature[i]).max(back.temperature[i]);
@@ -431,9 +486,13 @@ impl Physical {
         books.heat_released[0] = books.heat_of_flames[0] + books.heat_of_oxidation[0];
     }
 
-    /// Brings the columns of the burn nodes that both models share up to date, for pictures, files and mechanics.
-    pub fn show(&self, state: &mut SheetState) {
-        for i in 0..state.burn.len() {
+    /// Brings the columns of the burn nodes that both models share up to date, for pictures, files and mechanics: where
+    /// something has happened since the last time, or everywhere, which is called for when nodes have split.
+    pub fn show(&mut self, state: &mut SheetState, all: bool) {
+        let mut shown = std::mem::take(&mut self.shown);
+        self.awake.touched(state.burn.len(), all, &mut shown);
+        for i in &shown {
+            let i = *i as usize;
             let fuel = self.fuel(state, i);
             let SheetState { burn, front, back, .. } = &mut *state;
             let dry_mass = front.dry_mass[i] + back.dry_mass[i];
@@ -459,6 +518,7 @@ impl Physical {
                 }
             }
         }
+        self.shown = shown;
     }
 
     /// Heat in the sheet, over 25 degC [J].
