@@ -14,11 +14,11 @@ macro_rules! scenes {
 /// The scenes of the repository's `scenes` folder: text by name, the same as the path there without its ending.
 pub const SCENES: &[Entry<&str>] = scenes! {
     "a4": "a sheet of A4 paper hung by its top corners, lit at a lower corner";
-    "corner": "a sheet of office paper lit at a lower corner: the physical model";
     "shrink": "heat draws the sheet in: a hem that burns throws folds";
     "curl": "heat pushes along the normal: the burning lip curls over";
     "tear": "a stretched sheet, lit in the middle, tears along cracks";
     "flake": "uneven sheet in a draught: thick places come off and fly";
+    "corner": "a sheet of office paper lit at a lower corner, by the physical model";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
     "drape": "a napkin falls over a ball and onto the table";
     "fold": "a ribbon set down on its edge folds onto itself";
