@@ -163,7 +163,9 @@ fn of_fine_triangles(state: &SheetState, residual: f64, factors: &mut SpringFact
         }
         let carried = first..t;
         // Nothing has burnt of most: all that follows would come to 1 exactly.
-        if t > first && carried.clone().all(|t| fine.alive[t] != 0 && fine.corners[t].iter().all(|i| is_whole(*i as usize))) {
+        if t > first
+            && carried.clone().all(|t| fine.alive[t] != 0 && fine.corners[t].iter().all(|i| is_whole(*i as usize)))
+        {
             *sides = [1.0; 3];
             factors.triangle.push(1.0);
             continue;
