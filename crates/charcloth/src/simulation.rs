@@ -496,16 +496,19 @@ impl Simulation {
             }
             stages.time("place", || {
                 let place = |i| map.position(&state.triangles, &state.motion.position, normal, i);
-                if burn_position.len() != state.burn.len() {
-                    burn_position.clear();
-                    burn_position.extend((0..state.burn.len()).map(place));
-                    *burn_normal = fine_normals(burn_position, &state.burn_triangles);
-                } else if moves {
+                if moves {
+                    for column in [&mut *burn_position, &mut *burn_normal] {
+                        column.resize(state.burn.len(), DVec3::ZERO);
+                    }
                     let [awake, near] = physical.awake();
                     near.iter().for_each(|i| burn_position[*i as usize] = place(*i as usize));
                     for i in awake.iter().map(|i| *i as usize) {
                         burn_normal[i] = map.normal(&state.burn_triangles.corners, burn_position, i);
                     }
+                } else if burn_position.len() != state.burn.len() {
+                    burn_position.clear();
+                    burn_position.extend((0..state.burn.len()).map(place));
+                    *burn_normal = fine_normals(burn_position, &state.burn_triangles);
                 }
             });
             stages.time("burn", || physical.advance(state, burn_position, burn_normal, moment, dt / parts));
