@@ -3,28 +3,10 @@
 mod common;
 
 use charcloth_io::exporters::{EXPORTERS, Writer};
-use common::{Folder, run};
+use common::{Folder, SMALL, run};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-
-/// A sheet that runs in an instant.
-const SMALL: &str = r#"
-name = "small"
-[sheet]
-width = "60 mm"
-height = "60 mm"
-spacing = "6 mm"
-[[pin]]
-edge = "top"
-[[ignite]]
-corner = "bottom_left"
-radius = "15 mm"
-[time]
-frames = 8
-[output]
-size = [64, 48]
-"#;
 
 fn fine(folder: &Path, arguments: &[&str]) -> (String, String) {
     let (code, out, error) = run(folder, arguments);

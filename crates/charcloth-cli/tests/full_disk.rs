@@ -6,35 +6,23 @@ mod common;
 
 use charcloth_io::cache::CacheReader;
 use charcloth_io::exporters::EXPORTERS;
-use common::{Folder, run};
+use common::{Folder, SMALL, run};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const SMALL: &str = r#"
-name = "small"
-[sheet]
-width = "60 mm"
-height = "60 mm"
-spacing = "6 mm"
-[[pin]]
-edge = "top"
-[[ignite]]
-corner = "bottom_left"
-radius = "15 mm"
-[time]
-frames = 8
-[output]
-size = [64, 48]
-stills = []
-"#;
 const NOBODY: u32 = 65534;
+
+/// A sheet that runs in an instant and leaves no stills.
+fn small() -> String {
+    format!("{SMALL}stills = []\n")
+}
 
 /// A folder with a scene and a run of it.
 fn with_run(name: &str) -> Folder {
     let folder = Folder::new(name);
-    folder.write("small.toml", SMALL);
+    folder.write("small.toml", small());
     let (code, _, error) = run(&folder.0, &["run", "small.toml", "-o", "run", "--no-movie", "-q"]);
     assert_eq!(code, 0, "{error}");
     folder
@@ -179,7 +167,7 @@ fn a_folder_that_may_not_be_written_is_named() {
     // A file where a folder should be.
     fails(&start(&["export", "run", "--format", "usd", "-o", "small.toml"]).unwrap(), &["small.toml"]);
     fails(&start(&["run", "small.toml", "-o", "small.toml/run"]).unwrap(), &["small.toml/run"]);
-    assert_eq!(std::fs::read_to_string(folder.0.join("small.toml")).unwrap(), SMALL);
+    assert_eq!(std::fs::read_to_string(folder.0.join("small.toml")).unwrap(), small());
 }
 
 #[test]

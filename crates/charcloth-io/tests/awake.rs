@@ -1,11 +1,12 @@
 //! The physical model looks after those nodes alone where something happens; that, threads and stops change no bit.
 
-use charcloth::mesh::SurfaceMesh;
-use charcloth::scene::{LengthUnit, Scene};
+mod common;
+
+use charcloth::scene::Scene;
 use charcloth::sheet::SheetState;
-use charcloth::simulation::{GreyImage, Inputs, Simulation};
-use charcloth_io::scene_file::{self, Loader};
-use std::path::Path;
+use charcloth::simulation::{Inputs, Simulation};
+use charcloth_io::scene_file;
+use common::NoFiles;
 
 /// A strip that lights at its foot and burns through, on a finer burn mesh, with a heater on one face.
 const MOVING: &str = r#"
@@ -55,20 +56,9 @@ step = "4 ms"
 frames = 16
 "#;
 
-struct Nothing;
-
-impl Loader for Nothing {
-    fn mesh(&self, _: &Path, _: LengthUnit) -> Result<SurfaceMesh, String> {
-        Err("no mesh".to_owned())
-    }
-    fn image(&self, _: &Path) -> Result<GreyImage, String> {
-        Err("no picture".to_owned())
-    }
-}
-
 fn open(text: &str) -> (Scene, Inputs) {
     let file = scene_file::load_text("physical.toml", text, &[]).unwrap();
-    let (inputs, _) = file.cases[0].read_inputs(&Nothing).unwrap();
+    let (inputs, _) = file.cases[0].read_inputs(&NoFiles).unwrap();
     (file.cases[0].scene.clone(), inputs)
 }
 

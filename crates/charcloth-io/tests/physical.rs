@@ -1,21 +1,10 @@
 //! The physical model with a material of the library: books, bits, and a fire that goes out without oxygen.
 
-use charcloth::mesh::SurfaceMesh;
-use charcloth::scene::LengthUnit;
-use charcloth::simulation::{GreyImage, Inputs, Simulation};
-use charcloth_io::scene_file::{Case, Loader, load_text};
-use std::path::Path;
+mod common;
 
-struct NoFiles;
-
-impl Loader for NoFiles {
-    fn mesh(&self, path: &Path, _: LengthUnit) -> Result<SurfaceMesh, String> {
-        Err(format!("{} is not to be read here", path.display()))
-    }
-    fn image(&self, path: &Path) -> Result<GreyImage, String> {
-        Err(format!("{} is not to be read here", path.display()))
-    }
-}
+use charcloth::simulation::{Inputs, Simulation};
+use charcloth_io::scene_file::{Case, load_text};
+use common::NoFiles;
 
 /// A small piece of tissue, lit at a lower corner, that moves, shrinks and burns away.
 const SCENE: &str = r#"

@@ -207,7 +207,7 @@ fn peaks_move_with_the_heating_rate() {
 }
 
 #[test]
-#[ignore = "prints the curves that docs/chemistry.svg shows"]
+#[ignore = "prints the curves that docs/pictures/chemistry.svg shows"]
 fn curves() {
     let (cotton, paper) = (cotton(), open("filter_paper").unwrap().chemistry().unwrap());
     let at = || (200..=800).map(f64::from);

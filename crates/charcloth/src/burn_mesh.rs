@@ -6,6 +6,7 @@
 //! interpolated by Phong tessellation [Boubekeur2008]: a burn node is drawn towards the planes through the corners of its
 //! parent, so that a coarse moving mesh looks round; along an edge they depend on its two ends alone, so nothing gapes.
 
+use crate::mesh::sides_by_edge;
 use crate::sheet::{BurnEdges, BurnTriangles, NONE, SheetState, Triangles};
 use crate::tear::triangles_at_nodes;
 use glam::{DVec3, Vec2};
@@ -93,15 +94,8 @@ pub fn refine(nodes: usize, corners: &[[u32; 3]], sides: &[[f64; 3]], areas: &[f
 }
 
 fn refined_edges(triangles: &BurnTriangles, sides: &[[f64; 3]], areas: &[f64], cuts: f64) -> Vec<RefinedEdge> {
-    let mut all: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
-    for (t, corners) in triangles.corners.iter().enumerate() {
-        for k in 0..3 {
-            let (i, j) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            all.push(([i.min(j), i.max(j)], t as u32, k as u8));
-        }
-    }
-    all.sort_unstable();
-    all.chunk_by(|a, b| a.0 == b.0)
+    sides_by_edge(&triangles.corners)
+        .chunk_by(|a, b| a.0 == b.0)
         .map(|same| {
             let mut edge = RefinedEdge { ends: same[0].0, triangles: [NONE; 2], distance: 0.0, shape: 0.0 };
             for (slot, (_, t, k)) in same.iter().enumerate() {

@@ -60,8 +60,9 @@ pub fn burn_through(state: &mut SheetState, residual_stiffness: f64) -> bool {
     let SheetState { burn, burn_triangles: fine, triangles, motion, .. } = state;
     let mut fresh = false;
     if faces && fine.is_empty() {
-        for t in (0..triangles.len()).filter(|t| triangles.alive[*t] != 0).collect::<Vec<_>>() {
-            if !Physical::holds(burn, triangles.corners[t].map(|i| motion.burn_node[i as usize] as usize)) {
+        for t in 0..triangles.len() {
+            let nodes = triangles.corners[t].map(|i| motion.burn_node[i as usize] as usize);
+            if triangles.alive[t] != 0 && !Physical::holds(burn, nodes) {
                 triangles.alive[t] = 0;
                 fresh = true;
             }

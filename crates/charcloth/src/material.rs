@@ -307,9 +307,13 @@ pub struct Mechanics {
     pub char_stiffness: Sourced<Ratio>,
 }
 
+/// A part that may be left out: then there is none.
+fn part(part: &Option<Sourced<Ratio>>) -> f64 {
+    part.as_ref().map_or(0.0, |part| part.value.0)
+}
+
 impl Composition {
     fn masses(&self) -> Masses {
-        let part = |part: &Option<Sourced<Ratio>>| part.as_ref().map_or(0.0, |part| part.value.0);
         let mut masses = [0.0; SUBSTANCES];
         masses[Substance::Fibre as usize] = self.fibre.value.0;
         masses[Substance::Polymer as usize] = part(&self.polymer);
@@ -321,7 +325,6 @@ impl Composition {
 
 impl Products {
     fn masses(&self) -> Masses {
-        let part = |part: &Option<Sourced<Ratio>>| part.as_ref().map_or(0.0, |part| part.value.0);
         let mut masses = [0.0; SUBSTANCES];
         masses[Substance::Polymer as usize] = part(&self.polymer);
         masses[Substance::YoungChar as usize] = part(&self.young_char);
@@ -339,7 +342,6 @@ impl Material {
 
     /// Char that the fibre of a dry sheet leaves when it is heated without oxygen [kg per kg of dry sheet].
     pub fn char_yield(&self) -> f64 {
-        let part = |part: &Option<Sourced<Ratio>>| part.as_ref().map_or(0.0, |part| part.value.0);
         let of = |name: &str| {
             let mut without_oxygen = self.reactions.iter().filter(|row| row.reactant == name && row.oxygen.is_none());
             without_oxygen.next().map_or(0.0, |row| part(&row.products.young_char) + part(&row.products.char))
@@ -349,7 +351,6 @@ impl Material {
 
     /// The chemistry of the material.
     pub fn chemistry(&self) -> Result<ChemistryData, Error> {
-        let optional = |value: &Option<Sourced<Ratio>>| value.as_ref().map_or(0.0, |value| value.value.0);
         let mut specific_heats = SUBSTANCE_TABLE.map(|row| row.specific_heat);
         let Thermal { fibre_specific_heat, fibre_specific_heat_slope, polymer_specific_heat, .. } = &self.thermal;
         let fibre = &mut specific_heats[Substance::Fibre as usize];
@@ -366,7 +367,7 @@ impl Material {
         let mut oxygen_demands = [0.0; SUBSTANCES];
         for (substance, heat, oxygen) in [
             (Substance::Fibre, fibre_heat.value.0, fibre_oxygen.value.0),
-            (Substance::Polymer, polymer_heat.as_ref().map_or(0.0, |heat| heat.value.0), optional(polymer_oxygen)),
+            (Substance::Polymer, polymer_heat.as_ref().map_or(0.0, |heat| heat.value.0), part(polymer_oxygen)),
             (Substance::YoungChar, char_heat.value.0, char_oxygen.value.0),
             (Substance::Char, char_heat.value.0, char_oxygen.value.0),
             (Substance::Filler, filler_breakdown.as_ref().map_or(0.0, |heat| -heat.value.0), 0.0),
@@ -385,11 +386,11 @@ impl Material {
                 reactant,
                 products: reaction.products.masses(),
                 fuel_fraction: reaction.fuel_fraction.value.0,
-                oxygen: optional(&reaction.oxygen),
+                oxygen: part(&reaction.oxygen),
                 frequency: reaction.frequency.value.0,
                 activation_energy: reaction.activation_energy.value.0,
                 order: reaction.order.value.0,
-                oxygen_exponent: optional(&reaction.oxygen_exponent),
+                oxygen_exponent: part(&reaction.oxygen_exponent),
                 heat: reaction.heat.as_ref().map(|heat| heat.value.0),
                 heat_temperature: reaction
                     .heat_temperature

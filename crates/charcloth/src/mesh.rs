@@ -23,6 +23,19 @@ pub struct SurfaceMesh {
     pub remarks: Vec<String>,
 }
 
+/// Every side of every triangle, by edge: its two nodes, the lower first; the triangle; and the corner opposite.
+pub(crate) fn sides_by_edge(corners: &[[u32; 3]]) -> Vec<([u32; 2], u32, u8)> {
+    let mut sides = Vec::with_capacity(3 * corners.len());
+    for (t, corners) in corners.iter().enumerate() {
+        for k in 0..3 {
+            let (i, j) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            sides.push(([i.min(j), i.max(j)], t as u32, k as u8));
+        }
+    }
+    sides.sort_unstable();
+    sides
+}
+
 impl SurfaceMesh {
     /// Number of shells.
     pub fn shell_count(&self) -> usize {

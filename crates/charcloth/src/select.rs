@@ -32,7 +32,9 @@ impl<'a> Selection<'a> {
     fn of_burn_nodes(built: &'a Built, key: &'a str) -> Self {
         let mut map = BurnMap::default();
         map.lay_out(&built.state);
-        let positions = built.state.burn_positions();
+        let state = &built.state;
+        let at = |i| map.interpolate(&state.triangles, &state.motion.position, i);
+        let positions: Vec<DVec3> = (0..state.burn.len()).map(at).collect();
         Self { built, key, chosen: vec![false; positions.len()], positions, map }
     }
 

@@ -418,6 +418,10 @@ impl Simulation {
     /// One step of heat, fuel and motion.
     fn step(&mut self, dt: f64) {
         self.lay_out();
+        if self.scene.mechanics.moves {
+            let state = &self.built.state;
+            self.scratch.normal = node_normals(&state.motion.position, &state.triangles);
+        }
         // 1. Heat, fuel and gas, in as many parts as they need.
         match self.scene.model {
             Model::Moidu2004 => self.burn(dt),
@@ -477,10 +481,6 @@ impl Simulation {
         let Some(physical) = physical else { return };
         let Scratch { map, normal, burn_position, burn_normal, .. } = scratch;
         let (fine, moves) = (state.has_fine_burn_mesh(), scene.mechanics.moves);
-        if moves {
-            // Those of the last step's forces are of the places before it.
-            *normal = node_normals(&state.motion.position, &state.triangles);
-        }
         let parts = (dt / physical.longest_step() - 1e-9).ceil().max(1.0);
         let start = state.books.time[0];
         for part in 0..parts as u64 {
@@ -537,9 +537,7 @@ impl Simulation {
             return;
         }
         let Self { built: Built { state, .. }, scratch, scene, .. } = self;
-        let edges = &state.burn_edges;
         scratch.map.lay_out(state);
-        scratch.heat_links = Links::build(state.burn.len(), &edges.ends, |e| edges.cut[e] != 0);
         self.laid_out = Some(self.topology);
         scratch.area.clear();
         scratch.area.resize(state.motion.len(), 0.0);
@@ -550,15 +548,17 @@ impl Simulation {
                 }
             }
         }
-        let distance = scene.fire.distance;
-        conductances(state, &scratch.heat_links, distance, &mut scratch.conductance);
-        self.sum_conductances();
-        let Self { built: Built { state, .. }, physical, scratch, .. } = self;
         scratch.normal = node_normals(&state.motion.position, &state.triangles);
         scratch.burn_position.clear();
         scratch.shown = true;
-        if let Some(physical) = physical {
-            physical.lay_out(state);
+        match &mut self.physical {
+            Some(physical) => physical.lay_out(state),
+            None => {
+                let edges = &state.burn_edges;
+                scratch.heat_links = Links::build(state.burn.len(), &edges.ends, |e| edges.cut[e] != 0);
+                conductances(state, &scratch.heat_links, scene.fire.distance, &mut scratch.conductance);
+                self.sum_conductances();
+            }
         }
     }
 
@@ -670,7 +670,6 @@ impl Simulation {
     fn add_forces(&mut self) {
         let start = Instant::now();
         let state = &self.built.state;
-        self.scratch.normal = node_normals(&state.motion.position, &state.triangles);
         let mut forces = std::mem::take(&mut self.scratch.forces);
         let count = state.motion.len();
         forces.force.clear();

@@ -4,6 +4,24 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// A sheet that runs in an instant; its last table is `[output]`.
+pub const SMALL: &str = r#"
+name = "small"
+[sheet]
+width = "60 mm"
+height = "60 mm"
+spacing = "6 mm"
+[[pin]]
+edge = "top"
+[[ignite]]
+corner = "bottom_left"
+radius = "15 mm"
+[time]
+frames = 8
+[output]
+size = [64, 48]
+"#;
+
 /// A folder of its own for a test, removed at its end.
 pub struct Folder(pub PathBuf);
 

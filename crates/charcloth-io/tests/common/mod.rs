@@ -5,9 +5,12 @@ pub mod environment;
 pub mod node;
 pub mod python;
 
-use charcloth::scene::{Corner, Ignite, Pin, Scene};
+use charcloth::mesh::SurfaceMesh;
+use charcloth::scene::{Corner, Ignite, LengthUnit, Pin, Scene};
 use charcloth::sheet::{BurnEdges, BurnNodes, MotionNodes, SheetState, Springs, Triangles};
+use charcloth::simulation::GreyImage;
 use charcloth::units::*;
+use charcloth_io::scene_file::Loader;
 use glam::{DVec3, Vec2};
 use std::path::{Path, PathBuf};
 
@@ -33,6 +36,18 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A loader for scenes that name no files.
+pub struct NoFiles;
+
+impl Loader for NoFiles {
+    fn mesh(&self, path: &Path, _: LengthUnit) -> Result<SurfaceMesh, String> {
+        Err(format!("{} is not to be read here", path.display()))
+    }
+    fn image(&self, path: &Path) -> Result<GreyImage, String> {
+        Err(format!("{} is not to be read here", path.display()))
     }
 }
 

@@ -4,14 +4,13 @@
 //! of boxes and answers queries about positions. Every answer is a function of the surface and the positions alone, in
 //! the order of vertices, faces and edges: neither the number of threads nor earlier queries change a bit of it. Queries
 //! allocate nothing once their buffers have grown. All lengths are in metres, between middle surfaces; what thickness
-//! makes of a distance is said by [`Proximity::thickness`]. An [`Obstacle`] needs no mesh.
+//! makes of a distance is said by [`Proximity::thickness`]. A plane needs no mesh: `scenery.rs`.
 //!
 //! Positions must be finite: a box of what is no number overlaps nothing.
 
 mod continuous;
 mod distance;
 mod intersection;
-mod obstacle;
 mod proximity;
 pub mod response;
 pub mod scenery;
@@ -22,7 +21,6 @@ mod tree;
 
 pub use continuous::Impact;
 pub use intersection::Intersection;
-pub use obstacle::Obstacle;
 pub use proximity::{Kind, Proximity};
 pub use surface::{Body, Rows, Surface};
 

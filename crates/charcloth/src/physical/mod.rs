@@ -26,6 +26,7 @@ use glam::DVec3;
 use layout::Layout;
 use rayon::prelude::*;
 use shrinkage::Shrinkage;
+use std::ops::Range;
 
 /// A half-layer whose temperature is so close to the room's that it is taken to be there [K].
 // tuned: far under what any reaction or picture tells, 1e-9 to 1e-3
@@ -46,9 +47,9 @@ const SOFT: f64 = 673.15;
 /// A radiant heater over part of the sheet.
 struct Heater {
     nodes: Vec<u32>,
+    /// When it shines [s].
+    spell: Range<f64>,
     face: usize,
-    start: f64,
-    end: f64,
     /// What the sheet absorbs [W/m2].
     flux: f64,
 }
@@ -56,8 +57,8 @@ struct Heater {
 /// A flame held to some nodes for a while.
 struct Pilot {
     nodes: Vec<u32>,
-    start: f64,
-    end: f64,
+    /// When it is held [s].
+    spell: Range<f64>,
 }
 
 /// What a burning node works on during a step.
@@ -203,11 +204,11 @@ impl Physical {
         };
         for (row, nodes) in scene.heater.iter().zip(heaters) {
             let absorbed = material.thermal.absorptivity.value.0 * row.flux.0;
-            let (start, end) = (row.start.0, row.start.0 + row.length.0);
-            physical.heaters.push(Heater { nodes, face: usize::from(row.face as u8), start, end, flux: absorbed });
+            let spell = row.start.0..row.start.0 + row.length.0;
+            physical.heaters.push(Heater { nodes, spell, face: usize::from(row.face as u8), flux: absorbed });
         }
         for (row, nodes) in scene.ignite.iter().zip(pilots) {
-            physical.pilots.push(Pilot { nodes, start: row.start.0, end: row.start.0 + row.length.0 });
+            physical.pilots.push(Pilot { nodes, spell: row.start.0..row.start.0 + row.length.0 });
         }
         let machine = scene.shell.thickness.0 * material.thermal.conductivity_machine.value.0;
         let cross = scene.shell.thickness.0 * material.thermal.conductivity_cross.value.0;
@@ -300,8 +301,8 @@ impl Physical {
                     || self.heater[face][i] != 0.0
             })
         };
-        let pilots = self.pilots.iter().filter(|pilot| pilot.start <= time && time < pilot.end);
-        let heaters = self.heaters.iter().filter(|heater| heater.start <= time && time < heater.end);
+        let pilots = self.pilots.iter().filter(|pilot| pilot.spell.contains(&time));
+        let heaters = self.heaters.iter().filter(|heater| heater.spell.contains(&time));
         let held = pilots.flat_map(|pilot| &pilot.nodes).chain(heaters.flat_map(|heater| &heater.nodes));
         self.awake.find(&self.layout, stirs, held.map(|i| *i as usize));
         // What sleeps has no flame.
@@ -338,7 +339,7 @@ impl Physical {
                 pilot.nodes.iter().for_each(|i| self.pilot[face][*i as usize] = 0.0);
             }
         }
-        for pilot in self.pilots.iter().filter(|pilot| pilot.start <= time && time < pilot.end) {
+        for pilot in self.pilots.iter().filter(|pilot| pilot.spell.contains(&time)) {
             for face in 0..FACES {
                 pilot.nodes.iter().for_each(|i| self.pilot[face][*i as usize] = 1.0);
             }
@@ -346,7 +347,7 @@ impl Physical {
         for heater in &self.heaters {
             heater.nodes.iter().for_each(|i| self.heater[heater.face][*i as usize] = 0.0);
         }
-        for heater in self.heaters.iter().filter(|heater| heater.start <= time && time < heater.end) {
+        for heater in self.heaters.iter().filter(|heater| heater.spell.contains(&time)) {
             heater.nodes.iter().for_each(|i| self.heater[heater.face][*i as usize] += heater.flux);
         }
     }

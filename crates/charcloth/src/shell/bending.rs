@@ -7,6 +7,7 @@
 //! curvatures; then the energy is quadratic, and its matrix constant. Cost: a sparse matrix with some 33 numbers a row.
 
 use super::membrane::{MembraneStiffness, RestTriangle};
+use crate::mesh::sides_by_edge;
 use crate::solver::blocks::{Pattern, by_rows};
 use glam::{DMat3, DVec2, DVec3};
 
@@ -216,17 +217,9 @@ pub fn curvatures(corners: &[[u32; 3]], rest: &[RestTriangle], position: &[DVec3
 
 /// Finds the triangle across each edge. Edges of one triangle, or of more than two, are free.
 fn across_edges(corners: &[[u32; 3]]) -> Across {
-    let mut edges = Vec::with_capacity(3 * corners.len());
-    for (t, corners) in corners.iter().enumerate() {
-        for k in 0..3 {
-            let (a, b) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            edges.push((a.min(b), a.max(b), t as u32, k as u8));
-        }
-    }
-    edges.sort_unstable();
     let mut across: Across = vec![[None; 3]; corners.len()];
-    for pair in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        if let [(_, _, t, k), (_, _, u, l)] = *pair {
+    for pair in sides_by_edge(corners).chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, t, k), (_, u, l)] = *pair {
             across[t as usize][k as usize] = Some((u, l));
             across[u as usize][l as usize] = Some((t, k));
         }
