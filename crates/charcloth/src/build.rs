@@ -4,10 +4,12 @@
 //! Eq. 6.2; edge conductance by the cotangent Laplacian [Pinkall1993], Eq. 1.2.
 
 mod burn_nodes;
+mod paint;
 mod rest_shape;
 mod springs;
 
 pub use burn_nodes::{image, sample_image};
+pub(crate) use paint::{Canvas, Source};
 
 use crate::burn_mesh::{self, BurnMap};
 use crate::error::Error;
@@ -15,8 +17,9 @@ use crate::generate;
 use crate::homogenise;
 use crate::layout;
 use crate::mesh::SurfaceMesh;
+use crate::motion::Guide;
 use crate::random::RandomField;
-use crate::scene::{Axis, Pose, Scene, Shape};
+use crate::scene::{Axis, Model, Pose, Scene, Shape};
 use crate::sheet::{Books, BurnTriangles, MotionBefore, MotionNodes, NONE, SheetState, Triangles, bounds};
 use crate::simulation::Inputs;
 use burn_nodes::{BurnPlaces, burn_nodes, check_burn_level, fine_edges};
@@ -55,6 +58,10 @@ pub struct Built {
     pub painted: BTreeMap<String, Vec<f32>>,
     /// Texture coordinates by burn node (of one of its corners), for maps.
     pub burn_uv: Vec<Vec2>,
+    /// Motion that the sheet has already.
+    pub guide: Option<Guide>,
+    /// Painted factor on the moisture of each burn node; empty for 1.
+    pub moisture: Vec<f64>,
     /// Direction that leads up.
     pub up: DVec3,
     /// Across and along the sheet as it lies at the start: directions of "right" and "top".
@@ -81,12 +88,9 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         ));
     }
     let (mut mesh, lattice) = surface(scene, inputs)?;
-    // Lattices are for exact answers and for the sketch as it stands: they are flat.
-    if !from_file && lattice.is_none() && description.cockle.0 > 0.0 {
-        let field = RandomField::new(scene.seed, 0x636f_636b, description.cockle_length.0);
-        for point in &mut mesh.positions {
-            point.z += description.cockle.0 * field.at(*point);
-        }
+    // Springs of a lattice are for exact answers and for the sketch as it stands: they are flat.
+    if lattice.is_none() || scene.model == Model::Physical {
+        cockle(scene, &mut mesh);
     }
     let mut rest = rest_shape(scene, inputs, &mesh)?;
     // Lattices are in a good order as they are, and tests count on it.
@@ -106,7 +110,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     let right_top = right_top(from_file, description.pose, up, scene.up, turn * to_world.transpose());
 
     let node_count = mesh.positions.len();
-    let motion = MotionNodes {
+    let mut motion = MotionNodes {
         position: mesh.positions.clone(),
         rest_position: rest.points,
         source: order.clone(),
@@ -115,6 +119,12 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         sheet: node_shells(&mesh, node_count),
         ..MotionNodes::zeros(node_count)
     };
+    let guide = guide(scene, inputs, &mesh, (turn, shift))?;
+    if let Some(guide) = &guide {
+        for i in 0..node_count {
+            (motion.position[i], motion.velocity[i]) = guide.at(order[i] as usize, 0.0);
+        }
+    }
     let sides = &rest.sides;
     let rest_area: Vec<f64> = sides.iter().map(|s| heron(*s)).collect();
     if let Some(t) = rest_area.iter().position(|a| a.is_nan() || *a <= 0.0) {
@@ -169,8 +179,9 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     };
     let mut map = BurnMap::default();
     map.lay_out(&state);
+    let moisture = paint::apply(scene, inputs, &mut state, &mesh.painted, &burn_uv, &map)?;
     let mut inert_mass = vec![0.0; node_count];
-    map.gather(&state.motion.burn_node, &state.burn.fuel_initial, &mut inert_mass);
+    map.gather(&state.motion.burn_node, |i| state.burn.fuel_initial[i], &mut inert_mass);
     inert_mass.iter_mut().for_each(|mass| *mass *= scene.mechanics.inert_fraction.0);
     state.motion.inert_mass = inert_mass;
     homogenise::carry_mass(&mut state, &map);
@@ -187,6 +198,8 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         node_of_source,
         painted: mesh.painted,
         burn_uv,
+        guide,
+        moisture,
         up,
         right_top,
         remarks: mesh.remarks,
@@ -234,6 +247,52 @@ fn surface(scene: &Scene, inputs: &Inputs) -> Result<(SurfaceMesh, Option<Lattic
             let lattice = Lattice { columns: columns + 1, rows: 1, spacing };
             Ok((SurfaceMesh { positions, ..SurfaceMesh::default() }, Some(lattice)))
         }
+    }
+}
+
+/// What leads a sheet that is animated already; none where the scene names no motion.
+fn guide(scene: &Scene, inputs: &Inputs, mesh: &SurfaceMesh, placed: (DMat3, DVec3)) -> Result<Option<Guide>, Error> {
+    let Some(files) = &scene.motion.files else { return Ok(None) };
+    let sequence = inputs.motion.clone().filter(|sequence| !sequence.meshes.is_empty()).ok_or_else(|| {
+        Error::scene("motion.files", format!("{files} was not read"), "read it and hand it over in Inputs::motion")
+    })?;
+    let wrong = sequence.meshes.iter().position(|points| points.len() != mesh.positions.len());
+    match wrong {
+        Some(k) => Err(Error::scene(
+            "motion.files",
+            format!("mesh {k} has {} points, the sheet {}", sequence.meshes[k].len(), mesh.positions.len()),
+            "all must be the same mesh with its points moved",
+        )),
+        None => Ok(Some(Guide::of(scene, sequence, placed, mesh.shell_count() as u32))),
+    }
+}
+
+/// Waves of the height of the sheet over its surface (Eq. 2.3), no shorter than the mesh can show.
+fn cockle(scene: &Scene, mesh: &mut SurfaceMesh) {
+    let (height, length) = (scene.sheet.cockle_height(), scene.sheet.cockle_length.0);
+    if height <= 0.0 || mesh.triangles.is_empty() {
+        return;
+    }
+    let built_in = scene.sheet.mesh.is_none();
+    let sides = mesh.triangles.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let lengths = sides.map(|ends| {
+        let [a, b] = ends.map(|i| mesh.positions[*i as usize]);
+        a.distance(b)
+    });
+    let side = lengths.sum::<f64>() / (3 * mesh.triangles.len()) as f64;
+    // tuned: four nodes to a wave are what tells its height to a tenth or so; 3 to 8
+    let field = RandomField::band(scene.seed, 0x636f_636b, length, built_in, 4.0 * side);
+    if built_in {
+        mesh.positions.iter_mut().for_each(|point| point.z += height * field.at(*point));
+        return;
+    }
+    let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
+        corners.iter().for_each(|i| normals[*i as usize] += (b - a).cross(c - a));
+    }
+    for (point, normal) in mesh.positions.iter_mut().zip(normals) {
+        *point += normal.normalize_or_zero() * (height * field.at(*point));
     }
 }
 

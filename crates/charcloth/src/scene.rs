@@ -15,14 +15,20 @@ macro_rules! choice {
 mod contact;
 mod fire;
 mod mechanics;
+mod motion;
 mod output;
+mod paint;
 mod places;
 mod sheet;
 
 pub use contact::{Contact, Obstacle, ObstacleShape};
 pub use fire::{ConductionDistance, Fire, HeatCapacityLaw, Heater, Raw, ThermalForce1};
-pub use mechanics::{Curl, CurlLaw, LimitWeights, Mechanics, Shell, ThermalForce, ThermalForceLaw, Threshold, Wind};
+pub use mechanics::{
+    Curl, CurlLaw, LimitWeights, Mechanics, Shell, ThermalForce, ThermalForceLaw, Threshold, Wind, WindKey,
+};
+pub use motion::{Follow, Motion, PullKey};
 pub use output::{Camera, Expect, Output, Probe, Style};
+pub use paint::{Mask, Paint, PaintedGain, PaintedTime};
 pub use places::{Corner, HalfSpace, Ignite, Pin, Region, Side};
 pub use sheet::{Backing, Edges, Face, LengthUnit, Pose, Rest, Shape, Sheet, Variation};
 
@@ -63,6 +69,10 @@ pub struct Scene {
     pub gravity: Acceleration,
     /// Moving air.
     pub wind: Wind,
+    /// Motion that the sheet has already.
+    pub motion: Motion,
+    /// What is painted on the sheet to direct the fire.
+    pub paint: Paint,
     /// Where the sheet is held.
     pub pin: Vec<Pin>,
     /// What sheets do where they touch.
@@ -101,6 +111,8 @@ impl Default for Scene {
             curl: Curl::default(),
             gravity: Acceleration(9.81),
             wind: Wind::default(),
+            motion: Motion::default(),
+            paint: Paint::default(),
             pin: Vec::new(),
             contact: Contact::default(),
             obstacle: Vec::new(),

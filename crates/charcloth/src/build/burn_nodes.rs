@@ -126,6 +126,8 @@ pub(super) fn burn_nodes(scene: &Scene, inputs: &Inputs, places: &BurnPlaces) ->
         temperature: vec![ambient; count],
         peak_temperature: vec![ambient; count],
         ignited_at: vec![-1.0; count],
+        thickness: vec![1.0; count],
+        speed: vec![1.0; count],
         ..BurnNodes::zeros(count)
     };
     for i in 0..count {

@@ -87,7 +87,8 @@ pub(super) fn rest_shapes(
     sides: &RestSides,
     machine: DVec3,
 ) -> RestShapes {
-    let mut shapes = RestShapes::zeros(mesh.triangles.len());
+    let count = mesh.triangles.len();
+    let mut shapes = RestShapes { thickness: vec![1.0; count], strength: vec![1.0; count], ..RestShapes::zeros(count) };
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();

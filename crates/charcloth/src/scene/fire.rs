@@ -43,6 +43,8 @@ pub struct Fire {
     pub oxygen: Ratio,
     /// Pressure of the room, in the physical model.
     pub pressure: Pressure,
+    /// Factor on the speed at which fire spreads and burns out, in the physical model: an artist's, 1 is nature.
+    pub speed_gain: Ratio,
     /// Temperature above which fuel burns (T0).
     pub ignition_temperature: Temperature,
     /// Time in which sheet of the nominal grammage burns out.
@@ -75,6 +77,7 @@ impl Default for Fire {
             humidity: Ratio(0.5),
             oxygen: Ratio(0.209),
             pressure: Pressure(101_325.0),
+            speed_gain: Ratio(1.0),
             ignition_temperature: Temperature(623.15), // fast loss of mass of cotton, 330 to 350 degC [Fsri2022]
             burn_time: Time(1.5),                      // from V = 2.7 mm/s and a burning length of 4 mm, Eq. 4.1
             heat_of_combustion: SpecificEnergy(1.17e6), // gives a burnt rise of 900 K, Eq. 4.1

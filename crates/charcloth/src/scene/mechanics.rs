@@ -196,6 +196,18 @@ pub struct Wind {
     pub gust: Ratio,
     /// How long a gust lasts.
     pub gust_time: Time,
+    /// The speed over time, in the place of `velocity`: linear between rows, as in the first and last before and after.
+    pub key: Vec<WindKey>,
+}
+
+/// Speed of the air at a time.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindKey {
+    /// When.
+    pub time: Time,
+    /// How fast the air moves then.
+    pub velocity: [Speed; 3],
 }
 
 impl Default for Wind {
@@ -205,6 +217,7 @@ impl Default for Wind {
             coefficient: DragCoefficient(0.6), // tuned: rho_air |v| / 2 at 1 m/s, 0.1 to 5
             gust: Ratio(0.0),
             gust_time: Time(0.5),
+            key: Vec::new(),
         }
     }
 }

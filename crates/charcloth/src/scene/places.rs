@@ -1,6 +1,6 @@
 //! Where the sheet is held and lit.
 
-use super::Point;
+use super::{PaintedTime, Point};
 use crate::units::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -101,10 +101,26 @@ pub struct Ignite {
     pub map: Option<String>,
     /// When it is lit.
     pub start: Time,
+    /// Painted: how much later each place is lit. A row that has this and names no place lights the whole sheet.
+    pub delay: Option<PaintedTime>,
     /// How long the flame is held there.
     pub length: Time,
     /// How hot the flame makes the sheet.
     pub temperature: Temperature,
+}
+
+impl Ignite {
+    /// Whether the row says where the sheet is lit.
+    pub fn names_a_place(&self) -> bool {
+        !self.nodes.is_empty()
+            || self.region.is_some()
+            || self.edge.is_some()
+            || self.corner.is_some()
+            || self.point.is_some()
+            || self.half_space.is_some()
+            || self.group.is_some()
+            || self.map.is_some()
+    }
 }
 
 impl Default for Ignite {
@@ -120,6 +136,7 @@ impl Default for Ignite {
             group: None,
             map: None,
             start: Time(0.0),
+            delay: None,
             length: Time(0.5),
             temperature: Temperature(1100.0), // tuned: a match heats paper well past ignition, 900 to 1300
         }
