@@ -11,6 +11,7 @@ mod files;
 pub mod images;
 pub mod importers;
 pub mod material_file;
+pub mod mesh_sequence;
 pub mod scene_file;
 
 pub use error::IoError;

@@ -16,6 +16,7 @@ pub use inputs::Loader;
 pub use schema::schema;
 pub use validate::{Finding, validate};
 
+use crate::mesh_sequence;
 use charcloth::material::Material;
 use charcloth::scene::{CurlLaw, Model, Scene, ThermalForceLaw};
 use serde::Deserialize;
@@ -214,6 +215,12 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
             path => Diagnostic { problem: format!("{path}: {}", diagnostic.problem), ..diagnostic },
         }
     })?;
+    inputs::make_paths_absolute(&mut scene, tree, &file.folder);
+    if let (Some(files), None) = (&scene.motion.files, &scene.sheet.mesh) {
+        let first = mesh_sequence::files(Path::new(files)).map(|mut files| files.swap_remove(0));
+        let first = first.map_err(|error| file.point_at_key(tree, "motion.files", error.to_string()))?;
+        scene.sheet.mesh = Some(first.to_string_lossy().into_owned());
+    }
     if scene.model == Model::Physical {
         let material = inputs::material(&scene, file, tree)?;
         use_material(&mut scene, &material, |key| tree.nearest_to(key).1);
@@ -229,7 +236,6 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
     if !diagnostics.is_empty() {
         return Err(SceneError { diagnostics });
     }
-    inputs::make_paths_absolute(&mut scene, tree, &file.folder);
     Ok(scene)
 }
 
@@ -246,6 +252,7 @@ fn use_material(scene: &mut Scene, material: &Material, is_said: impl Fn(&str) -
         "sheet.grammage": to.grammage, sheet.grammage.value;
         "sheet.variation.noise": to.variation.noise, sheet.formation.value;
         "sheet.variation.correlation_length": to.variation.correlation_length, sheet.formation_length.value;
+        "sheet.cockle_length": to.cockle_length, sheet.cockle_length.as_ref().map_or(to.cockle_length, |it| it.value);
         "shell.thickness": shell.thickness, sheet.thickness.value;
         "shell.modulus_along": shell.modulus_along, mechanics.modulus_machine.value;
         "shell.modulus_across": shell.modulus_across, mechanics.modulus_cross.value;
@@ -255,6 +262,10 @@ fn use_material(scene: &mut Scene, material: &Material, is_said: impl Fn(&str) -
         // Heat neither pulls nor curls here: what burns does.
         "curl.law": curl.law, CurlLaw::Off;
         "thermal_force.law": thermal_force.law, ThermalForceLaw::Off;
+    }
+    // Meshes from files are meant as they are.
+    if to.mesh.is_none() && to.cockle.is_none() {
+        to.cockle = sheet.cockle.as_ref().map(|it| it.value);
     }
 }
 

@@ -196,16 +196,16 @@ impl BurnMap {
 
     /// Gathers a quantity of burn nodes at each motion node, each by the part that the motion node carries. The whole is
     /// kept, but for nodes that have come off.
-    pub fn gather(&self, burn_node: &[u32], of_burn_node: &[f64], gathered: &mut [f64]) {
+    pub fn gather(&self, burn_node: &[u32], of_burn_node: impl Fn(usize) -> f64, gathered: &mut [f64]) {
         if self.first.is_empty() {
             for (sum, b) in gathered.iter_mut().zip(burn_node) {
-                *sum = of_burn_node[*b as usize];
+                *sum = of_burn_node(*b as usize);
             }
             return;
         }
         for (i, sum) in gathered.iter_mut().enumerate() {
             let shares = &self.shares[self.first[i] as usize..self.first[i + 1] as usize];
-            *sum = shares.iter().map(|(b, weight)| weight * of_burn_node[*b as usize]).sum();
+            *sum = shares.iter().map(|(b, weight)| weight * of_burn_node(*b as usize)).sum();
         }
     }
 

@@ -37,7 +37,8 @@ fn left<const N: usize>(state: &SheetState, nodes: [usize; N], residual: f64) ->
 /// Gathers at each motion node the mass of what burns there.
 pub fn carry_mass(state: &mut SheetState, map: &BurnMap) {
     let mass = if state.has_faces() { &state.burn.mass } else { &state.burn.fuel };
-    map.gather(&state.motion.burn_node, mass, &mut state.motion.carried_mass);
+    let speed = &state.burn.speed;
+    map.gather(&state.motion.burn_node, |i| speed[i] * mass[i], &mut state.motion.carried_mass);
 }
 
 /// Brings the columns of the burn nodes that pictures see up to date, in the 2004 model: what has burnt is char and ash

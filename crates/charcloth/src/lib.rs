@@ -29,6 +29,7 @@ pub mod generate;
 pub mod layout;
 pub mod material;
 pub mod mesh;
+pub mod motion;
 pub mod random;
 pub mod select;
 pub mod sheet;

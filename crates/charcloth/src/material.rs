@@ -156,6 +156,10 @@ pub struct Sheet {
     pub formation: Sourced<Ratio>,
     /// Formation: length over which local grammage is alike [m].
     pub formation_length: Sourced<Length>,
+    /// Cockle: standard deviation of the height of the sheet over its surface [m].
+    pub cockle: Option<Sourced<Length>>,
+    /// Cockle: wavelength [m].
+    pub cockle_length: Option<Sourced<Length>>,
 }
 
 /// Parts of the dry sheet; they add up to 1.
@@ -416,7 +420,7 @@ impl Material {
 
     /// Checks what the types do not: signs, sums, and that the chemistry closes. Errors name the key.
     pub fn check(&self) -> Result<(), Error> {
-        let Sheet { grammage, thickness, formation, formation_length } = &self.sheet;
+        let Sheet { grammage, thickness, formation, formation_length, cockle, cockle_length } = &self.sheet;
         let Mechanics { modulus_machine, modulus_cross, shear_modulus, strength_machine, strength_cross, .. } =
             &self.mechanics;
         let Mechanics { bending_machine, bending_cross, poisson, .. } = &self.mechanics;
@@ -424,6 +428,7 @@ impl Material {
             ("sheet.grammage", grammage.value.0),
             ("sheet.thickness", thickness.value.0),
             ("sheet.formation_length", formation_length.value.0),
+            ("sheet.cockle_length", cockle_length.as_ref().map_or(1.0, |it| it.value.0)),
             ("moisture.isotherm_exponent", self.moisture.isotherm_exponent.value.0),
             ("thermal.conductivity_machine", self.thermal.conductivity_machine.value.0),
             ("thermal.conductivity_cross", self.thermal.conductivity_cross.value.0),
@@ -442,6 +447,7 @@ impl Material {
         }
         for (key, value) in [
             ("sheet.formation", formation.value.0),
+            ("sheet.cockle", cockle.as_ref().map_or(0.0, |it| it.value.0)),
             ("moisture.at_half_humidity", self.moisture.at_half_humidity.value.0),
             ("thermal.emissivity", self.thermal.emissivity.value.0),
             ("thermal.absorptivity", self.thermal.absorptivity.value.0),

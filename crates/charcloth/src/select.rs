@@ -1,6 +1,6 @@
 //! Which nodes a scene means by a point, a corner, a side, a box, a painted group or a map.
 
-use crate::build::{Built, image, sample_image, sheet_extent};
+use crate::build::{Built, Canvas, Source, image, sample_image, sheet_extent};
 use crate::burn_mesh::BurnMap;
 use crate::error::Error;
 use crate::scene::{Corner, HalfSpace, Heater, Ignite, Pin, Point, Region, Side};
@@ -181,6 +181,9 @@ pub fn ignited(built: &Built, inputs: &Inputs, ignite: &Ignite, row: usize) -> R
     let key = format!("ignite.{row}");
     let mut selection = Selection::of_burn_nodes(built, &key);
     selection.by_index(&ignite.nodes)?;
+    if !ignite.names_a_place() {
+        selection.where_true(|_| true);
+    }
     if let Some(region) = &ignite.region {
         selection.region(region);
     }
@@ -206,4 +209,26 @@ pub fn ignited(built: &Built, inputs: &Inputs, ignite: &Ignite, row: usize) -> R
         }
     }
     selection.finish()
+}
+
+/// How much later than its row says each of the nodes that row `row` of `[[ignite]]` lights is lit [s]; empty for nought.
+pub fn delays(built: &Built, inputs: &Inputs, ignite: &Ignite, row: usize, nodes: &[u32]) -> Result<Vec<f64>, Error> {
+    let Some(delay) = &ignite.delay else { return Ok(Vec::new()) };
+    let key = format!("ignite.{row}.delay");
+    let mut map = BurnMap::default();
+    map.lay_out(&built.state);
+    let Built { state, painted, burn_uv, .. } = built;
+    let canvas = Canvas { inputs, state, painted, burn_uv, map: &map };
+    let source = Source { key: &key, group: delay.group.as_deref(), map: delay.map.as_deref() };
+    let values = canvas.at_burn_nodes(source)?;
+    let times: Vec<f64> =
+        nodes.iter().map(|i| delay.low.0 + (delay.high.0 - delay.low.0) * values[*i as usize]).collect();
+    match times.iter().find(|time| !time.is_finite() || **time < 0.0) {
+        Some(time) => Err(Error::scene(
+            key,
+            format!("the paint comes to a delay of {time} s somewhere"),
+            "set `low` and `high` so that none is under 0",
+        )),
+        None => Ok(times),
+    }
 }

@@ -96,6 +96,12 @@ fields! {
         stiffness: f64, "1", Copy;
         /// How far the flame on the node reaches; 0 without one.
         flame: f64, "m", Copy;
+        /// Thickness by which it burns, over that of the sheet.
+        thickness: f64, "1", Copy;
+        /// How much faster it burns than it is heavy: it weighs this times the mass that burns.
+        speed: f64, "1", Copy;
+        /// 1 where it must not burn.
+        noburn: u8, "1", Copy;
     }
 }
 
@@ -223,6 +229,10 @@ fields! {
         side_2: DVec3, "m", Copy;
         /// Curvature without force: along the machine direction, across it, and twice the twist.
         curvature: DVec3, "1/m", Copy;
+        /// Thickness over that of the sheet.
+        thickness: f64, "1", Copy;
+        /// Strength over that of the sheet.
+        strength: f64, "1", Copy;
     }
 }
 

@@ -17,6 +17,7 @@ use crate::ledger;
 use crate::material::Material;
 use crate::measure::{self, Probes};
 use crate::mesh::SurfaceMesh;
+use crate::motion::{Guide, MeshSequence};
 use crate::physical::Physical;
 use crate::registry;
 use crate::scene::{Model, Scene};
@@ -47,6 +48,8 @@ pub struct Inputs {
     pub mesh: Option<SurfaceMesh>,
     /// The mesh that `sheet.rest_mesh` names.
     pub rest_mesh: Option<SurfaceMesh>,
+    /// The meshes that `motion.files` names, their points in the order of those of `mesh`.
+    pub motion: Option<MeshSequence>,
     /// Meshes of obstacles by the path the scene gives.
     pub obstacles: BTreeMap<String, SurfaceMesh>,
     /// Pictures by the path the scene gives.
@@ -166,13 +169,15 @@ fn physical(scene: &Scene, inputs: &Inputs, built: &mut Built, flames: &[Flame])
     })?;
     let heaters = scene.heater.iter().enumerate().map(|(row, heater)| select::heated(built, heater, row));
     let heaters = heaters.collect::<Result<_, Error>>()?;
-    let pilots = flames.iter().map(|flame| flame.nodes.clone()).collect();
+    let pilots = flames.iter().map(|flame| (flame.nodes.clone(), flame.delay.clone())).collect();
     Physical::build(scene, material, built, pilots, heaters)
 }
 
 /// A flame held to some nodes for a while.
 struct Flame {
     nodes: Vec<u32>,
+    /// How much later it is held to each of them [s]; empty for nought.
+    delay: Vec<f64>,
     start: f64,
     end: f64,
     temperature: f64,
@@ -241,8 +246,10 @@ impl Simulation {
         }
         let mut flames = Vec::new();
         for (row, ignite) in scene.ignite.iter().enumerate() {
+            let nodes = select::ignited(&built, inputs, ignite, row)?;
             flames.push(Flame {
-                nodes: select::ignited(&built, inputs, ignite, row)?,
+                delay: select::delays(&built, inputs, ignite, row, &nodes)?,
+                nodes,
                 start: ignite.start.0,
                 end: ignite.start.0 + ignite.length.0,
                 temperature: ignite.temperature.0,
@@ -433,11 +440,15 @@ impl Simulation {
             // 3. Forces from outside, held for the step.
             self.add_forces();
             // 4. Motion, in substeps: springs need far shorter steps than heat.
-            let Self { built: Built { state, .. }, integrator, scratch, stages, scene, topology, .. } = self;
+            self.follow(dt);
+            let Self { built: Built { state, guide, .. }, integrator, scratch, stages, scene, topology, .. } = self;
             let Scratch { factors, forces, .. } = scratch;
             let (unit, parallel) = (self.unit, self.parallel);
+            let led = guide.as_ref().is_some_and(Guide::is_exact);
             let step = Step { factors, forces, dt, substeps: scene.time.substeps, topology: *topology, unit, parallel };
-            self.last = stages.time("motion", || integrator.advance(state, &step));
+            if !led {
+                self.last = stages.time("motion", || integrator.advance(state, &step));
+            }
             for (sum, new) in self.iterations.iter_mut().zip(self.last.iterations) {
                 *sum += u64::from(new);
             }
@@ -457,6 +468,18 @@ impl Simulation {
         let Self { built, measures, .. } = self;
         for (_, measure) in measures {
             measure.observe(built);
+        }
+    }
+
+    /// Takes a sheet that is animated already along: all of it, or what is held, with a pull on the rest.
+    fn follow(&mut self, dt: f64) {
+        let Self { built: Built { state, guide: Some(guide), .. }, scratch, topology, .. } = self else { return };
+        let time = state.books.time[0];
+        if guide.is_exact() {
+            guide.place(state, time + dt);
+        } else {
+            guide.lead(state, time + dt);
+            guide.pull(state, &mut scratch.forces, [time, dt], *topology);
         }
     }
 
@@ -613,9 +636,14 @@ impl Simulation {
     /// Heats the nodes that a flame is held to.
     fn hold_flames(&mut self, time: f64) {
         let state = &mut self.built.state;
-        for flame in self.flames.iter().filter(|f| f.start <= time && time < f.end) {
-            for i in &flame.nodes {
+        let begun = |flame: &&Flame| flame.start <= time && (time < flame.end || !flame.delay.is_empty());
+        for flame in self.flames.iter().filter(begun) {
+            for (k, i) in flame.nodes.iter().enumerate() {
                 let i = *i as usize;
+                let since = time - flame.delay.get(k).copied().unwrap_or(0.0);
+                if !(flame.start..flame.end).contains(&since) {
+                    continue;
+                }
                 if state.burn.temperature[i] >= flame.temperature {
                     continue;
                 }

@@ -232,7 +232,8 @@ fn sheets_at_rest() -> Vec<(Scene, SheetState)> {
     let with = |shape| {
         let mut scene = sheet(shape, 0.05, 0.04, 0.004);
         scene.sheet.radius = Length(0.02);
-        scene.sheet.cockle = Length(1e-3);
+        scene.sheet.cockle = Some(Length(1e-3));
+        scene.sheet.cockle_length = Length(0.126);
         let state = build(&scene).state().clone();
         (scene, state)
     };
@@ -271,7 +272,7 @@ fn for_each_integrator(
 /// How far a sheet at rest may move: each spring's rest length is right to three roundings in single precision (its
 /// stiffness, their product, the distance of its ends), they may add up along the sheet, and overshoot by as much. A
 /// shell knows its rest curvature along the normal only; what of it lies in the surface goes with the square of the
-/// slope, a sixth of the height (a cockle of 1 mm over 20 mm), times the height.
+/// slope, a sixth of the height (a cockle of 1 mm, of waves of 126 mm, 20 mm to a radian), times the height.
 fn rest_tolerance(name: &str, state: &SheetState) -> f64 {
     let (low, high) = state.rest_bounds();
     let rounding = 2.0 * 3.0 * f64::from(f32::EPSILON) * (high - low).length();

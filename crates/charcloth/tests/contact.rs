@@ -13,7 +13,7 @@ fn scene() -> Scene {
     scene.sheet.pose = Pose::Lying;
     scene.sheet.layers = 3;
     scene.sheet.layer_distance = Length(0.003);
-    scene.sheet.cockle = Length(2e-4);
+    scene.sheet.cockle = Some(Length(2e-4));
     scene.mechanics.integrator = "implicit".to_owned();
     scene.shell.thickness = Length(4e-4);
     scene.shell.modulus_along = Modulus(2e6);

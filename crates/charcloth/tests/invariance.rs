@@ -17,7 +17,7 @@ fn fuel_varies_the_same_over_the_sheet_on_any_mesh() {
     // Without cockle: the field is one of space, and meshes would meet it at slightly different heights.
     let on = |shape, spacing| {
         let mut scene = sheet(shape, 0.06, 0.048, spacing);
-        scene.sheet.cockle = Length(0.0);
+        scene.sheet.cockle = Some(Length(0.0));
         build(&scene).state().clone()
     };
     let meshes =

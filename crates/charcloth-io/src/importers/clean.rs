@@ -19,7 +19,16 @@ const WELD_TOLERANCE: f64 = 1e-6;
 const LIKELY_SIZE: std::ops::Range<f64> = 2e-3..20.0;
 
 /// Makes a surface in metres of the faces of a file.
-pub(crate) fn clean(mut raw: RawMesh, unit: LengthUnit, path: &Path) -> Result<SurfaceMesh, IoError> {
+pub(crate) fn clean(raw: RawMesh, unit: LengthUnit, path: &Path) -> Result<SurfaceMesh, IoError> {
+    Ok(clean_with_points(raw, unit, path)?.0)
+}
+
+/// The same, with the point of the file that each point of the surface was.
+pub(crate) fn clean_with_points(
+    mut raw: RawMesh,
+    unit: LengthUnit,
+    path: &Path,
+) -> Result<(SurfaceMesh, Vec<u32>), IoError> {
     check(&raw, path)?;
     for position in &mut raw.positions {
         *position *= unit.metres();
@@ -44,11 +53,11 @@ pub(crate) fn clean(mut raw: RawMesh, unit: LengthUnit, path: &Path) -> Result<S
         return Err(IoError::content(path, "it has no face with an area", "a sheet needs at least one"));
     }
     orient(&mut mesh, &mut remarks);
-    gather_points(&mut mesh, &raw, &welded);
+    let points = gather_points(&mut mesh, &raw, &welded);
     mesh.number_shells();
     mesh.remarks = remarks;
     mesh.validate().map_err(|error| IoError::about(path, error))?;
-    Ok(mesh)
+    Ok((mesh, points))
 }
 
 /// Finds what cannot be put right.
@@ -210,7 +219,8 @@ fn is_degenerate(corners: [u32; 3], places: [DVec3; 3], tolerance: f64) -> bool 
 }
 
 /// Keeps the points that triangles use, in file order, and what is painted on them: the mean over the joined points.
-fn gather_points(mesh: &mut SurfaceMesh, raw: &RawMesh, welded: &[u32]) {
+fn gather_points(mesh: &mut SurfaceMesh, raw: &RawMesh, welded: &[u32]) -> Vec<u32> {
+    let mut points = Vec::new();
     let mut number = vec![NONE; raw.positions.len()];
     for corners in &mesh.triangles {
         for i in corners {
@@ -221,6 +231,7 @@ fn gather_points(mesh: &mut SurfaceMesh, raw: &RawMesh, welded: &[u32]) {
         if number[i] != NONE {
             number[i] = mesh.positions.len() as u32;
             mesh.positions.push(raw.positions[i]);
+            points.push(i as u32);
         }
     }
     for i in mesh.triangles.iter_mut().flatten() {
@@ -245,6 +256,7 @@ fn gather_points(mesh: &mut SurfaceMesh, raw: &RawMesh, welded: &[u32]) {
         painted.insert(name.clone(), means);
     }
     mesh.painted = painted;
+    points
 }
 
 /// Turns a triangle over, its texture coordinates with it.

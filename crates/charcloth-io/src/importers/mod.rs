@@ -1,6 +1,6 @@
 //! Mesh files in, surfaces out. One file a format; what all formats need is put right in one place afterwards.
 
-mod clean;
+pub(crate) mod clean;
 mod gltf;
 mod gltf_document;
 mod obj;
@@ -62,6 +62,11 @@ pub const IMPORTERS: &[Entry<Importer>] = &[
 /// `remarks`.
 pub fn read_mesh(path: &Path, unit: LengthUnit) -> Result<SurfaceMesh, IoError> {
     clean::clean((importer_of(path)?.item.read)(path)?, unit, path)
+}
+
+/// A mesh file as it stands, before anything is put right.
+pub(crate) fn read_raw(path: &Path) -> Result<RawMesh, IoError> {
+    (importer_of(path)?.item.read)(path)
 }
 
 /// The row of the format that the ending of a name tells.

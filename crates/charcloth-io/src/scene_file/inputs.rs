@@ -5,10 +5,12 @@ use super::tree::{Node, Place};
 use super::{Case, File, Origin};
 use crate::importers::{UNITS, likely_unit};
 use crate::material_file::{self, MATERIALS};
+use crate::mesh_sequence;
 use charcloth::material::Material;
 use charcloth::mesh::SurfaceMesh;
+use charcloth::motion::MeshSequence;
 use charcloth::registry::nearest;
-use charcloth::scene::{LengthUnit, Model, Scene};
+use charcloth::scene::{LengthUnit, Model, Paint, PaintedGain, Scene};
 use charcloth::sheet::bounds;
 use charcloth::simulation::{GreyImage, Inputs};
 use std::io;
@@ -20,6 +22,10 @@ pub trait Loader {
     fn mesh(&self, path: &Path, unit: LengthUnit) -> Result<SurfaceMesh, String>;
     /// Reads a picture as grey values.
     fn image(&self, path: &Path) -> Result<GreyImage, String>;
+    /// Reads a sequence of meshes, with the points of a mesh that has been read.
+    fn motion(&self, files: &Path, base: &Path, unit: LengthUnit) -> Result<MeshSequence, String> {
+        mesh_sequence::read(files, base, unit).map_err(|error| error.to_string())
+    }
 }
 
 /// Sheets smaller or larger than this are likelier in another unit [m].
@@ -48,6 +54,11 @@ impl Case {
         };
         inputs.mesh = read_mesh("sheet.mesh", &scene.sheet.mesh, scene.sheet.unit)?;
         inputs.rest_mesh = read_mesh("sheet.rest_mesh", &scene.sheet.rest_mesh, scene.sheet.unit)?;
+        if let (Some(files), Some(base)) = (&scene.motion.files, &scene.sheet.mesh) {
+            let failed = |problem| SceneError::from(Diagnostic { problem, ..point("motion.files") });
+            let sequence = loader.motion(Path::new(files), Path::new(base), scene.sheet.unit);
+            inputs.motion = Some(sequence.map_err(failed)?);
+        }
         for (row, obstacle) in scene.obstacle.iter().enumerate() {
             if let Some(mesh) = read_mesh(&format!("obstacle.{row}.mesh"), &obstacle.mesh, obstacle.unit)? {
                 inputs.obstacles.insert(obstacle.mesh.clone().unwrap_or_default(), mesh);
@@ -62,11 +73,11 @@ impl Case {
             warnings.retain(|remark| !remark.contains("sheet.unit"));
             warnings.insert(0, warning);
         }
-        for (key, path) in image_paths(scene) {
+        for (key, path) in image_paths(&mut scene.clone()) {
             if !inputs.images.contains_key(path) {
                 check_there(point(&key), Path::new(path))?;
                 let failed = |problem| SceneError::from(Diagnostic { problem, ..point(&key) });
-                inputs.images.insert(path.to_owned(), loader.image(Path::new(path)).map_err(failed)?);
+                inputs.images.insert(path.clone(), loader.image(Path::new(path)).map_err(failed)?);
             }
         }
         if scene.model == Model::Physical {
@@ -96,11 +107,27 @@ pub(super) fn material(scene: &Scene, file: &File, tree: &Node) -> Result<Materi
 }
 
 /// Every picture a scene names, with its key.
-fn image_paths(scene: &Scene) -> Vec<(String, &str)> {
-    let variation = scene.sheet.variation.map.iter().map(|path| ("sheet.variation.map".to_owned(), path.as_str()));
-    let ignite = scene.ignite.iter().enumerate();
-    let ignite = ignite.filter_map(|(row, ignite)| Some((format!("ignite.{row}.map"), ignite.map.as_deref()?)));
-    variation.chain(ignite).collect()
+fn image_paths(scene: &mut Scene) -> Vec<(String, &mut String)> {
+    let Scene { sheet, paint, ignite, .. } = scene;
+    let Paint { fuel, moisture, thickness, strength, speed, noburn } = paint;
+    fn gain(gain: &mut Option<PaintedGain>) -> Option<&mut String> {
+        gain.as_mut()?.map.as_mut()
+    }
+    let mut all = vec![
+        ("sheet.variation.map".to_owned(), sheet.variation.map.as_mut()),
+        ("paint.fuel.map".to_owned(), gain(fuel)),
+        ("paint.moisture.map".to_owned(), gain(moisture)),
+        ("paint.thickness.map".to_owned(), gain(thickness)),
+        ("paint.strength.map".to_owned(), gain(strength)),
+        ("paint.speed.map".to_owned(), gain(speed)),
+        ("paint.noburn.map".to_owned(), noburn.as_mut().and_then(|mask| mask.map.as_mut())),
+    ];
+    for (row, ignite) in ignite.iter_mut().enumerate() {
+        all.push((format!("ignite.{row}.map"), ignite.map.as_mut()));
+        let delay = ignite.delay.as_mut().and_then(|delay| delay.map.as_mut());
+        all.push((format!("ignite.{row}.delay.map"), delay));
+    }
+    all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
 }
 
 /// Says so where a mesh is of a size that sheets seldom have.
@@ -161,7 +188,7 @@ pub(super) fn make_paths_absolute(scene: &mut Scene, tree: &Node, folder: &Path)
     for (key, path) in [
         ("sheet.mesh", &mut sheet.mesh),
         ("sheet.rest_mesh", &mut sheet.rest_mesh),
-        ("sheet.variation.map", &mut sheet.variation.map),
+        ("motion.files", &mut scene.motion.files),
     ] {
         if let Some(path) = path {
             absolute(key, path);
@@ -172,9 +199,7 @@ pub(super) fn make_paths_absolute(scene: &mut Scene, tree: &Node, folder: &Path)
             absolute(&format!("obstacle.{row}.mesh"), path);
         }
     }
-    for (row, ignite) in scene.ignite.iter_mut().enumerate() {
-        if let Some(path) = &mut ignite.map {
-            absolute(&format!("ignite.{row}.map"), path);
-        }
+    for (key, path) in image_paths(scene) {
+        absolute(&key, path);
     }
 }

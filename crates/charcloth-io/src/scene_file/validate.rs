@@ -27,6 +27,8 @@ pub fn validate(scene: &Scene) -> Vec<Finding> {
     mechanics(scene, &mut findings);
     forces(scene, &mut findings);
     places(scene, &mut findings);
+    paint(scene, &mut findings);
+    motion(scene, &mut findings);
     contact(scene, &mut findings);
     time(scene, &mut findings);
     output(&scene.output, &mut findings);
@@ -133,9 +135,14 @@ fn sheet(scene: &Scene, findings: &mut Findings) {
             }
         }
     }
-    findings.not_negative("sheet.cockle", sheet.cockle.0);
-    if sheet.cockle.0 > 0.0 {
-        findings.positive("sheet.cockle_length", sheet.cockle_length.0, "\"20 mm\"");
+    let cockle = sheet.cockle_height();
+    findings.not_negative("sheet.cockle", cockle);
+    if cockle > 0.0 {
+        findings.positive("sheet.cockle_length", sheet.cockle_length.0, "\"25 mm\"");
+        if sheet.rest != Rest::AsItLies && sheet.mesh.is_some() {
+            let hint = "use rest = \"as_it_lies\", or leave the cockle out";
+            findings.add("sheet.cockle", "a stress-free shape of its own says how the sheet is cockled", hint);
+        }
     }
     if sheet.layers > 1 && (sheet.mesh.is_some() || matches!(sheet.shape, Shape::Grid | Shape::Chain)) {
         findings.add(
@@ -287,6 +294,7 @@ fn forces(scene: &Scene, findings: &mut Findings) {
     if scene.wind.gust.0 > 0.0 {
         findings.positive("wind.gust_time", scene.wind.gust_time.0, "\"0.5 s\"");
     }
+    in_order("wind.key", scene.wind.key.iter().map(|key| key.time.0), findings);
     if let Some(stretch) = scene.initial.stretch
         && !stretch.iter().all(|factor| factor.is_finite() && *factor > 0.0)
     {
@@ -317,15 +325,9 @@ fn places(scene: &Scene, findings: &mut Findings) {
     for (row, ignite) in scene.ignite.iter().enumerate() {
         let key = format!("ignite.{row}");
         findings.not_negative(&format!("{key}.radius"), ignite.radius.0);
-        let named = !ignite.nodes.is_empty()
-            || ignite.region.is_some()
-            || ignite.edge.is_some()
-            || ignite.corner.is_some()
-            || ignite.point.is_some()
-            || ignite.half_space.is_some()
-            || ignite.group.is_some()
-            || ignite.map.is_some();
-        if !named {
+        if let Some(delay) = &ignite.delay {
+            source(&format!("{key}.delay"), &delay.group, &delay.map, findings);
+        } else if !ignite.names_a_place() {
             findings.add(
                 &key,
                 "this row names no part of the sheet to light",
@@ -343,6 +345,82 @@ fn places(scene: &Scene, findings: &mut Findings) {
                 findings.add(format!("{key}.half_space.normal"), "this is no direction", hint);
             }
         }
+    }
+}
+
+fn motion(scene: &Scene, findings: &mut Findings) {
+    let motion = &scene.motion;
+    if motion.files.is_none() {
+        return;
+    }
+    if !(motion.fps > 0.0 && motion.fps.is_finite()) {
+        findings.add("motion.fps", format!("{} is no number of meshes a second", motion.fps), "write 24");
+    }
+    findings.positive("motion.pull_time", motion.pull_time.0, "\"30 ms\"");
+    for (row, key) in motion.key.iter().enumerate() {
+        findings.between(&format!("motion.key.{row}.pull"), key.pull.0, 0.0, 1.0);
+    }
+    in_order("motion.key", motion.key.iter().map(|key| key.time.0), findings);
+    if !scene.mechanics.moves {
+        findings.add("mechanics.moves", "a sheet that does not move has no motion", "leave this out, or [motion]");
+    }
+    if scene.sheet.cockle_height() > 0.0 {
+        findings.add("sheet.cockle", "the motion says where the sheet is, cockle and all", "leave this out");
+    }
+    let meets = !scene.obstacle.is_empty() || scene.contact.self_contact == Some(true);
+    if motion.follow == Follow::Exactly && meets {
+        let hint = "write `follow = \"drawn\"`, or take obstacles and contact out";
+        findings.add("motion.follow", "a sheet that follows exactly can meet nothing", hint);
+    }
+}
+
+/// Rows that count up in time.
+fn in_order(key: &str, times: impl Iterator<Item = f64>, findings: &mut Findings) {
+    let times: Vec<f64> = times.collect();
+    for (row, pair) in times.windows(2).enumerate().filter(|(_, pair)| pair[1] <= pair[0]) {
+        let problem = format!("{} s is not after the {} s of the row before", pair[1], pair[0]);
+        findings.add(format!("{key}.{}.time", row + 1), problem, "put the rows in the order of their times");
+    }
+}
+
+/// Paint comes from an attribute or from a picture.
+fn source(key: &str, group: &Option<String>, map: &Option<String>, findings: &mut Findings) {
+    if group.is_some() == map.is_some() {
+        findings.add(key, "paint comes from one of two places", "give either `group` or `map`");
+    }
+}
+
+fn paint(scene: &Scene, findings: &mut Findings) {
+    let Paint { fuel, moisture, thickness, strength, speed, noburn } = &scene.paint;
+    let gains = [
+        ("paint.fuel", fuel),
+        ("paint.moisture", moisture),
+        ("paint.thickness", thickness),
+        ("paint.strength", strength),
+        ("paint.speed", speed),
+    ];
+    for (key, gain) in gains {
+        let Some(gain) = gain else { continue };
+        source(key, &gain.group, &gain.map, findings);
+        for (end, value) in [("low", gain.low.0), ("high", gain.high.0)] {
+            findings.not_negative(&format!("{key}.{end}"), value);
+        }
+    }
+    if let Some(mask) = noburn {
+        source("paint.noburn", &mask.group, &mask.map, findings);
+    }
+    let physical = scene.model == Model::Physical;
+    let painted = gains.iter().skip(1).filter(|(_, gain)| gain.is_some()).map(|(key, _)| *key);
+    for key in painted.chain(noburn.as_ref().map(|_| "paint.noburn")).filter(|_| !physical) {
+        findings.add(key, "only the physical model knows this", "add `model = \"physical\"`, or paint `fuel`");
+    }
+    if fuel.is_some() && scene.fire.raw.is_some() {
+        findings.add("paint.fuel", "raw coefficients say how much fuel a node has", "leave [fire.raw] out");
+    }
+    findings.between("fire.speed_gain", scene.fire.speed_gain.0, 0.02, 50.0);
+    if scene.fire.speed_gain.0 != 1.0 && !physical {
+        let hint = "add `model = \"physical\"`; in the 2004 model burn_time and diffusivity set the speed";
+        findings.add("fire.speed_gain", "only the physical model knows this", hint);
     }
 }
 

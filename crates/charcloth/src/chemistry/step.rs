@@ -88,6 +88,22 @@ impl Chemistry {
         self.advance_hot(layer, surroundings, dt, warmest)
     }
 
+    /// Advances a half-layer that must not react: it warms to a temperature [K] and takes up no more heat than that.
+    pub fn warm(&self, layer: &mut Layer, surroundings: &Surroundings, dt: f64, most: f64) -> Released {
+        let (constant, slope) = self.capacities(&layer.masses);
+        if constant <= 0.0 {
+            return Released::default();
+        }
+        let balance = Balance::of(constant, slope, layer.temperature, surroundings, dt);
+        let (after, mut heat_in) = balance.close(constant, slope, 0.0);
+        let before = layer.temperature;
+        layer.temperature = after.min(most.max(before));
+        if layer.temperature < after {
+            heat_in = self.sensible_heat(&layer.masses, layer.temperature) - self.sensible_heat(&layer.masses, before);
+        }
+        Released { heat_in, ..Released::default() }
+    }
+
     fn advance_hot(&self, layer: &mut Layer, surroundings: &Surroundings, dt: f64, warmest: f64) -> Released {
         let mut warmest = warmest;
         let mut active = self.active(&layer.masses, surroundings, warmest);

@@ -7,17 +7,24 @@
 use super::{Effect, ForceDerivatives, Forces, Now};
 use crate::random::Random;
 use crate::scene::Scene;
+use crate::units::Speed;
 use glam::{DMat3, DVec3};
 
-struct Wind {
-    /// Mean velocity of the air [m/s].
-    velocity: DVec3,
-    /// C [Pa s/m]
-    coefficient: f64,
+/// The wind over time.
+#[derive(Debug, Clone)]
+pub struct Air {
+    /// Mean velocity of the air at certain times [s, m/s]; at least one row.
+    keys: Vec<(f64, DVec3)>,
     /// Part of the speed that gusts add.
     gust: f64,
     /// Angular frequency [rad/s] and phase of each sine.
     sines: [(f64, f64); 3],
+}
+
+struct Wind {
+    air: Air,
+    /// C [Pa s/m]
+    coefficient: f64,
 }
 
 /// The scene's wind; none with a coefficient of 0.
@@ -26,28 +33,42 @@ pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
     if wind.coefficient.0 == 0.0 || !scene.mechanics.moves {
         return None;
     }
-    let mut random = Random::new(scene.seed, 0x7769_6e64);
-    let base = std::f64::consts::PI / wind.gust_time.0.max(1e-6); // half a period is one gust
-    // tuned: ratios of the golden mean never fall into step
-    let sines = [1.0, 1.618_034, 0.618_034].map(|ratio| (base * ratio, std::f64::consts::TAU * random.uniform()));
-    Some(Box::new(Wind {
-        velocity: DVec3::from_array(wind.velocity.map(|speed| speed.0)),
-        coefficient: wind.coefficient.0,
-        gust: wind.gust.0,
-        sines,
-    }))
+    Some(Box::new(Wind { air: Air::of(scene), coefficient: wind.coefficient.0 }))
 }
 
-impl Wind {
-    fn air(&self, time: f64) -> DVec3 {
+impl Air {
+    /// The wind of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let wind = &scene.wind;
+        let vector = |velocity: [Speed; 3]| DVec3::from_array(velocity.map(|speed| speed.0));
+        let mut keys: Vec<(f64, DVec3)> = wind.key.iter().map(|key| (key.time.0, vector(key.velocity))).collect();
+        if keys.is_empty() {
+            keys.push((0.0, vector(wind.velocity)));
+        }
+        let mut random = Random::new(scene.seed, 0x7769_6e64);
+        let base = std::f64::consts::PI / wind.gust_time.0.max(1e-6); // half a period is one gust
+        // tuned: ratios of the golden mean never fall into step
+        let sines = [1.0, 1.618_034, 0.618_034].map(|ratio| (base * ratio, std::f64::consts::TAU * random.uniform()));
+        Self { keys, gust: wind.gust.0, sines }
+    }
+
+    /// Velocity of the air at a time [m/s].
+    pub fn velocity(&self, time: f64) -> DVec3 {
+        let after = self.keys.partition_point(|(at, _)| *at <= time);
+        let mean = match (after.checked_sub(1).map(|before| self.keys[before]), self.keys.get(after)) {
+            (Some((from, start)), Some((to, end))) => start.lerp(*end, (time - from) / (to - from)),
+            (Some((_, alone)), None) => alone,
+            (None, Some((_, alone))) => *alone,
+            (None, None) => DVec3::ZERO,
+        };
         let gust: f64 = self.sines.iter().map(|(frequency, phase)| (frequency * time + phase).sin()).sum();
-        self.velocity * (1.0 + self.gust * gust / 3.0f64.sqrt())
+        mean * (1.0 + self.gust * gust / 3.0f64.sqrt())
     }
 }
 
 impl Effect for Wind {
     fn add_forces(&self, now: &Now<'_>, forces: &mut Forces) {
-        let air = self.air(now.time);
+        let air = self.air.velocity(now.time);
         for i in 0..forces.force.len() {
             let normal = now.normal[i];
             let relative = air - now.state.motion.velocity[i];
@@ -70,5 +91,29 @@ impl Effect for Wind {
             fastest = fastest.max(self.coefficient * now.area[i] / now.state.mass(i).max(f64::MIN_POSITIVE));
         }
         0.5 / fastest.max(f64::MIN_POSITIVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::WindKey;
+    use crate::units::{Ratio, Time};
+
+    #[test]
+    fn keyed_wind_is_linear_between_its_keys_and_gusts_go_with_the_seed() {
+        let mut scene = Scene::default();
+        let key = |time, x| WindKey { time: Time(time), velocity: [Speed(x), Speed(0.0), Speed(0.0)] };
+        scene.wind.velocity = [Speed(99.0); 3];
+        scene.wind.key = vec![key(1.0, 2.0), key(3.0, -2.0)];
+        let air = Air::of(&scene);
+        for (time, x) in [(0.0, 2.0), (1.0, 2.0), (1.5, 1.0), (2.0, 0.0), (3.0, -2.0), (9.0, -2.0)] {
+            assert_eq!(air.velocity(time), DVec3::X * x, "at {time} s");
+        }
+        scene.wind.gust = Ratio(0.5);
+        let gusts = |seed: u64| Air::of(&Scene { seed, ..scene.clone() }).velocity(0.7);
+        assert_ne!(gusts(1), DVec3::X * 2.0);
+        assert_eq!(gusts(1), gusts(1));
+        assert_ne!(gusts(1), gusts(2));
     }
 }

@@ -539,14 +539,16 @@ impl Implicit {
             }
             let ends = state.springs.ends[s];
             let carriers = state.springs.carriers[s].into_iter().filter(|t| *t != NONE);
-            let (sum, count) = carriers
-                .filter_map(|t| self.shell.tension_along(t, ends))
-                .fold((0.0, 0.0), |(sum, count), tension| (sum + tension, count + 1.0));
+            let (sum, bears, count) = carriers
+                .filter_map(|t| Some((self.shell.tension_along(t, ends)?, state.rest.strength[t as usize])))
+                .fold((0.0, 0.0, 0.0), |(sum, bears, count), (pull, strength)| {
+                    (sum + pull, bears + strength, count + 1.0)
+                });
             let left = match mechanics.threshold {
                 Threshold::Scaled => step.factors.stiffness[s],
                 Threshold::Fixed => 1.0,
             };
-            if count > 0.0 && sum / count > mechanics.strength.0 * left {
+            if count > 0.0 && sum > mechanics.strength.0 * left * bears {
                 state.springs.broken[s] = 1;
                 broken += 1;
             }

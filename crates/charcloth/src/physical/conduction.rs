@@ -36,6 +36,8 @@ impl Conduction {
         self.conductance.clear();
         self.conductance.resize(layout.to.len(), 0.0);
         let mut put = |[i, j]: [u32; 2], conductance: f64| {
+            let thickness = 0.5 * (state.burn.thickness[i as usize] + state.burn.thickness[j as usize]);
+            let conductance = conductance * thickness;
             for (from, to) in [(i, j), (j, i)] {
                 let place = layout.links(from as usize).find(|l| layout.to[*l] == to).expect("both ends list a link");
                 self.conductance[place] = conductance;

@@ -13,6 +13,7 @@ mod shrinkage;
 
 use crate::build::Built;
 use crate::chemistry::{Chemistry, Layer, Released, Room, Surroundings};
+use crate::effects::wind::Air;
 use crate::error::Error;
 use crate::gases::{self, FACES, FaceExchange, FaceView, Gas, GasState, SheetView};
 use crate::material::Material;
@@ -44,6 +45,10 @@ const ASH_FALLS: f64 = 0.9; // tuned: ash of paper crumbles at a touch, 0.7 to 1
 const SOFTENS: f64 = 473.15;
 const SOFT: f64 = 673.15;
 
+/// What must not burn warms to this and refuses further heat [K]: paper begins to brown above.
+// tuned: under where cellulose loses mass or stiffness within minutes; 400 to 450 K
+const REFUSES_HEAT: f64 = 423.15;
+
 /// A radiant heater over part of the sheet.
 struct Heater {
     nodes: Vec<u32>,
@@ -57,8 +62,21 @@ struct Heater {
 /// A flame held to some nodes for a while.
 struct Pilot {
     nodes: Vec<u32>,
+    /// How much later it is held to each of them [s]; empty for nought.
+    delay: Vec<f64>,
     /// When it is held [s].
     spell: Range<f64>,
+}
+
+impl Pilot {
+    /// Nodes that it is held to at a time [s].
+    fn held(&self, time: f64) -> impl Iterator<Item = u32> + '_ {
+        let begun = self.spell.start <= time && (!self.delay.is_empty() || time < self.spell.end);
+        let late = move |k: usize| self.delay.get(k).copied().unwrap_or(0.0);
+        let nodes = if begun { self.nodes.as_slice() } else { &[] };
+        let now = move |(k, _): &(usize, &u32)| self.spell.contains(&(time - late(*k)));
+        nodes.iter().enumerate().filter(now).map(|(_, i)| *i)
+    }
 }
 
 /// What a burning node works on during a step.
@@ -70,6 +88,8 @@ struct Work {
     released: [Released; FACES],
     /// Conductance through the thickness [W/K].
     through: f64,
+    /// Whether it must not burn.
+    noburn: bool,
     /// Heat conducted to it along the sheet [W].
     conducted: f64,
 }
@@ -79,6 +99,7 @@ pub struct Physical {
     chemistry: Chemistry,
     gas: Box<dyn Gas>,
     room: gases::Surroundings,
+    air: Air,
     emissivity: f64,
     heat_of_combustion: f64,
     oxygen_demand: f64,
@@ -148,12 +169,12 @@ fn layer(face: &FaceNodes, i: usize) -> Layer {
 
 impl Physical {
     /// Builds the model, and fills in the faces of a sheet at rest in its room. `pilots` are the nodes of each flame that
-    /// is held to it, `heaters` those of each heater.
+    /// is held to it, with their delays [s], `heaters` those of each heater.
     pub fn build(
         scene: &Scene,
         material: &Material,
         built: &mut Built,
-        pilots: Vec<Vec<u32>>,
+        pilots: Vec<(Vec<u32>, Vec<f64>)>,
         heaters: Vec<Vec<u32>>,
     ) -> Result<Self, Error> {
         let room = Room { temperature: scene.fire.ambient_temperature.0, relative_humidity: scene.fire.humidity.0 };
@@ -173,8 +194,9 @@ impl Physical {
                 oxygen: scene.fire.oxygen.0,
                 pressure: scene.fire.pressure.0,
                 gravity: -built.up * scene.gravity.0,
-                wind: DVec3::from_array(scene.wind.velocity.map(|speed| speed.0)),
+                wind: DVec3::ZERO,
             },
+            air: Air::of(scene),
             emissivity: material.thermal.emissivity.value.0,
             heat_of_combustion,
             oxygen_demand,
@@ -207,18 +229,18 @@ impl Physical {
             let spell = row.start.0..row.start.0 + row.length.0;
             physical.heaters.push(Heater { nodes, spell, face: usize::from(row.face as u8), flux: absorbed });
         }
-        for (row, nodes) in scene.ignite.iter().zip(pilots) {
-            physical.pilots.push(Pilot { nodes, spell: row.start.0..row.start.0 + row.length.0 });
+        for (row, (nodes, delay)) in scene.ignite.iter().zip(pilots) {
+            physical.pilots.push(Pilot { nodes, delay, spell: row.start.0..row.start.0 + row.length.0 });
         }
         let machine = scene.shell.thickness.0 * material.thermal.conductivity_machine.value.0;
         let cross = scene.shell.thickness.0 * material.thermal.conductivity_cross.value.0;
         physical.conduction.sheet_conductance = [machine, cross];
-        physical.fill(&mut built.state, scene.sheet.edges == Edges::Framed);
+        physical.fill(&mut built.state, &built.moisture, scene.sheet.edges == Edges::Framed);
         Ok(physical)
     }
 
-    /// The sheet in balance with the room.
-    fn fill(&mut self, state: &mut SheetState, framed: bool) {
+    /// The sheet in balance with the room, but for what painted `moisture` gives each node; empty for 1.
+    fn fill(&mut self, state: &mut SheetState, moisture: &[f64], framed: bool) {
         let count = state.burn.len();
         let wet: f64 = self.chemistry.composition().iter().sum();
         let edges = layout::free_edges(state);
@@ -229,7 +251,8 @@ impl Physical {
             for i in 0..count {
                 // `fuel_initial` is grammage times area times formation, moisture and filler and all.
                 let dry_mass = 0.5 * state.burn.fuel_initial[i] / wet;
-                let layer = self.chemistry.layer(dry_mass);
+                let mut layer = self.chemistry.layer(dry_mass);
+                layer.masses[Substance::Water as usize] *= moisture.get(i).copied().unwrap_or(1.0);
                 nodes.dry_mass[i] = dry_mass;
                 nodes.temperature[i] = room;
                 set_masses(&mut nodes, i, &layer.masses);
@@ -301,10 +324,10 @@ impl Physical {
                     || self.heater[face][i] != 0.0
             })
         };
-        let pilots = self.pilots.iter().filter(|pilot| pilot.spell.contains(&time));
+        let pilots = self.pilots.iter().flat_map(|pilot| pilot.held(time));
         let heaters = self.heaters.iter().filter(|heater| heater.spell.contains(&time));
-        let held = pilots.flat_map(|pilot| &pilot.nodes).chain(heaters.flat_map(|heater| &heater.nodes));
-        self.awake.find(&self.layout, stirs, held.map(|i| *i as usize));
+        let held = pilots.chain(heaters.flat_map(|heater| heater.nodes.iter().copied()));
+        self.awake.find(&self.layout, stirs, held.map(|i| i as usize));
         // What sleeps has no flame.
         for i in &self.awake.fallen_asleep {
             for face in 0..FACES {
@@ -324,6 +347,7 @@ impl Physical {
     /// Advances heat, chemistry and gas by a step from a time on [s], with burn nodes at these places and with these
     /// normals: those that are awake, and places of their neighbours.
     pub fn advance(&mut self, state: &mut SheetState, position: &[DVec3], normal: &[DVec3], time: f64, dt: f64) {
+        self.room.wind = self.air.velocity(time);
         self.ask_gas(state, position, normal, dt);
         self.conduction.conduct(&state.burn.temperature, &self.layout, &self.awake.nodes, &mut self.conducted);
         self.gather(state);
@@ -339,10 +363,8 @@ impl Physical {
                 pilot.nodes.iter().for_each(|i| self.pilot[face][*i as usize] = 0.0);
             }
         }
-        for pilot in self.pilots.iter().filter(|pilot| pilot.spell.contains(&time)) {
-            for face in 0..FACES {
-                pilot.nodes.iter().for_each(|i| self.pilot[face][*i as usize] = 1.0);
-            }
+        for i in self.pilots.iter().flat_map(|pilot| pilot.held(time)) {
+            self.pilot.iter_mut().for_each(|column| column[i as usize] = 1.0);
         }
         for heater in &self.heaters {
             heater.nodes.iter().for_each(|i| self.heater[heater.face][*i as usize] = 0.0);
@@ -431,7 +453,8 @@ impl Physical {
                 layers: [layer(front, i), layer(back, i)],
                 around: [around(0), around(1)],
                 released: [Released::default(); FACES],
-                through: self.through * area,
+                through: self.through * area / burn.thickness[i],
+                noburn: burn.noburn[i] != 0,
                 conducted,
             });
         }
@@ -530,7 +553,7 @@ impl Physical {
         of(&state.front) + of(&state.back)
     }
 
-    /// Heat that the books cannot account for, as a part of all that has been exchanged.
+    /// Heat that the books cannot account for, as a part of all that was there and has been exchanged.
     pub fn energy_error(&self, state: &SheetState) -> f64 {
         let books = &state.books;
         let exchanged = [
@@ -543,6 +566,7 @@ impl Physical {
         ];
         let change = self.heat_content(state) - books.heat_initial[0];
         let size: f64 = exchanged.iter().map(|heat| heat.abs()).sum();
+        let size = size + books.heat_initial[0].abs();
         (change - exchanged.iter().sum::<f64>()).abs() / size.max(f64::MIN_POSITIVE)
     }
 
@@ -582,6 +606,12 @@ impl Work {
     /// Half of the exchange through the thickness, the chemistry of each face, the other half: second order in the step.
     fn advance(&mut self, chemistry: &Chemistry, dt: f64) {
         let [front, back] = &mut self.layers;
+        if self.noburn {
+            chemistry.exchange(front, back, self.through, dt);
+            self.released[0] = chemistry.warm(front, &self.around[0], dt, REFUSES_HEAT);
+            self.released[1] = chemistry.warm(back, &self.around[1], dt, REFUSES_HEAT);
+            return;
+        }
         chemistry.exchange(front, back, self.through, 0.5 * dt);
         self.released[0] = chemistry.advance(front, &self.around[0], dt);
         self.released[1] = chemistry.advance(back, &self.around[1], dt);

@@ -73,9 +73,10 @@ impl Physical {
                 t += 1;
             }
             // Eq. 15.6, no tighter than the mesh can show.
+            let curvature = curvature / (number * state.rest.thickness[parent]);
             let most = TIGHTEST / (2.0 * triangles.rest_area[parent]).sqrt();
             factors.free_strain.push(strain / number);
-            factors.free_curvature.push((curvature / number).clamp(DVec2::splat(-most), DVec2::splat(most)));
+            factors.free_curvature.push(curvature.clamp(DVec2::splat(-most), DVec2::splat(most)));
         }
     }
 }

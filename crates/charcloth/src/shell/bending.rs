@@ -124,6 +124,13 @@ impl Bending {
         }
     }
 
+    /// Makes each triangle so many times thicker; rigidity goes with the cube (Eq. 12.6).
+    pub fn thicken(&mut self, by: impl Fn(usize) -> f64) {
+        for (t, rigidity) in self.rigidity.iter_mut().enumerate() {
+            *rigidity *= by(t).powi(3);
+        }
+    }
+
     /// Fills in the matrix, for so much stiffness left of each triangle (Eq. 12.7).
     pub fn assemble(&mut self, left: impl Fn(usize) -> f64) {
         self.value.fill(0.0);

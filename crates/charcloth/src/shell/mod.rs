@@ -75,7 +75,8 @@ impl Shell {
             }
         }
         let material_stiffness = MembraneStiffness::of(material);
-        let bending = Bending::lay_out(nodes, &corners, &rest, &material_stiffness, material.thickness.0, fixed);
+        let mut bending = Bending::lay_out(nodes, &corners, &rest, &material_stiffness, material.thickness.0, fixed);
+        bending.thicken(|k| state.rest.thickness[triangles[k] as usize]);
         let shell = Self {
             stiffness: vec![MembraneStiffness::default(); triangles.len()],
             responses: vec![Response::default(); triangles.len()],
@@ -108,7 +109,7 @@ impl Shell {
         for (k, corners) in self.corners.iter().enumerate() {
             let nodes = corners.map(|i| state.burn_node(i as usize));
             let left = factors.triangle[self.triangles[k] as usize];
-            self.stiffness[k] = whole.scaled(left);
+            self.stiffness[k] = whole.scaled(left * state.rest.thickness[self.triangles[k] as usize]);
             let temperature = nodes.iter().map(|i| state.burn.temperature[*i]).sum::<f64>() / 3.0;
             let scale = (1.0 - contraction * (temperature - ambient)).clamp(SHORTEST, 1.0 / SHORTEST);
             let t = self.triangles[k];
