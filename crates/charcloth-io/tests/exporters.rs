@@ -55,7 +55,8 @@ fn ply_carries_every_column_and_doubles_points_at_the_seam_only() {
     let vertices = &ply.payload["vertex"];
     assert_eq!(vertices.len(), 81 + 9);
     let expected = "x y z nx ny nz s t vx vy vz inert_mass rest_x rest_y rest_z source sheet pinned alive temperature fuel \
-        fuel_initial heat peak_temperature ignited_at area id burn age red green blue";
+        fuel_initial heat peak_temperature ignited_at area id burn age origin_face \
+        origin_a origin_b origin_c origin_weights_a red green blue";
     for name in expected.split_whitespace() {
         assert!(vertices[0].contains_key(name), "{name}");
     }
@@ -112,15 +113,102 @@ fn a_cache_is_exported_in_part_and_may_be_stopped() {
     };
     let written = export(&cache, "obj", &some(2..=9), &out, &mut progress).unwrap();
     assert_eq!(told, [(1, 4), (2, 4), (3, 4)]);
-    assert_eq!(written.len(), 3);
+    assert_eq!(written.files.len(), 3);
     assert!(out.join("frame_00002.obj").is_file() && !out.join("frame_00005.obj").exists());
 
     let mut quiet = |_: charcloth_io::exporters::Progress<'_>| ControlFlow::Continue(());
-    assert_eq!(export(&cache, "ply", &ExportOptions::default(), &out, &mut quiet).unwrap().len(), 6);
+    assert_eq!(export(&cache, "ply", &ExportOptions::default(), &out, &mut quiet).unwrap().files.len(), 6);
     let message = export(&cache, "ply", &some(7..=9), &out, &mut quiet).unwrap_err().to_string();
     assert!(message.contains("there are frames 0 to 5"), "{message}");
     let message = export(&cache, "plx", &ExportOptions::default(), &out, &mut quiet).unwrap_err().to_string();
     assert!(message.contains("did you mean ply?") && message.contains("ply, obj"), "{message}");
+}
+
+#[test]
+fn a_shorter_export_leaves_nothing_of_the_longer_one_and_everything_else() {
+    let folder = Folder::new("shorter");
+    let mut writer = CacheWriter::create(&folder.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    let state = sheet(4);
+    for number in 0..6 {
+        writer.write(&Frame::of(&state, number, f64::from(number) / 24.0), &[], &state).unwrap();
+    }
+    let cache = CacheReader::open(&folder.0).unwrap();
+    let out = Folder::new("shorter-out");
+    let go = |format: &str, last: u32, force: bool| {
+        let options = ExportOptions { frames: Some(0..=last), resolution: 16, force, ..ExportOptions::default() };
+        export(&cache, format, &options, &out.0, &mut |_| ControlFlow::Continue(()))
+    };
+    let there = || {
+        let mut names: Vec<String> = std::fs::read_dir(&out.0)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    let mine = out.file("frame_00009.obj", "mine");
+    assert_eq!(go("obj", 5, false).unwrap().removed, 0);
+    assert_eq!(go("maps", 3, false).unwrap().removed, 0);
+    assert_eq!(there().len(), 1 + 1 + 6 + (3 + 2 * 4));
+    assert_eq!(go("obj", 2, false).unwrap().removed, 3);
+    assert_eq!(go("maps", 1, false).unwrap().removed, 4);
+    let left = there();
+    assert_eq!(left.len(), 1 + 1 + 3 + (3 + 2 * 2), "{left:?}");
+    assert!(left.contains(&"frame_00009.obj".to_string()) && std::fs::read_to_string(&mine).unwrap() == "mine");
+
+    // A file that somebody has changed is theirs: it is neither replaced nor removed.
+    let changed = out.file("frame_00001.obj", "changed by hand");
+    let message = go("obj", 5, false).unwrap_err().to_string();
+    assert!(message.contains("frame_00001.obj") && message.contains("changed") && message.contains("--force"));
+    assert_eq!(there(), left);
+    assert_eq!(go("obj", 0, false).unwrap().removed, 1);
+    assert_eq!(std::fs::read_to_string(&changed).unwrap(), "changed by hand");
+    // So is one that was there before, and one of another format.
+    let message = go("obj", 5, false).unwrap_err().to_string();
+    assert!(message.contains("no export wrote") && message.contains("frame_00001.obj"), "{message}");
+    go("obj", 5, true).unwrap();
+    assert_eq!(go("obj", 0, false).unwrap().removed, 5);
+    go("pc2", 5, false).unwrap();
+    let message = go("mdd", 5, false).unwrap_err().to_string();
+    assert!(message.contains("sheet.obj") && message.contains("pc2"), "{message}");
+
+    // A list that was tampered with reaches no file outside of the folder.
+    let outside = folder.file("outside.obj", "mine");
+    let reach = format!("../{}/outside.obj", folder.0.file_name().unwrap().to_string_lossy());
+    let list = std::fs::read_to_string(out.0.join("export.json")).unwrap();
+    std::fs::write(
+        out.0.join("export.json"),
+        list.replace("\"frame_00000.obj\": ", &format!("\"{reach}\": 4, \"a\": ")),
+    )
+    .unwrap();
+    std::fs::remove_file(out.0.join("frame_00000.obj")).unwrap();
+    assert_eq!(go("obj", 0, false).unwrap().removed, 0);
+    assert_eq!(std::fs::read_to_string(outside).unwrap(), "mine");
+    std::fs::write(out.0.join("export.json"), "{").unwrap();
+    assert!(go("obj", 0, false).unwrap_err().to_string().contains("export.json"));
+}
+
+#[test]
+fn what_an_export_that_failed_wrote_is_replaced_by_the_next() {
+    let folder = Folder::new("failed");
+    let mut writer = CacheWriter::create(&folder.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    let state = sheet(4);
+    for number in 0..4 {
+        writer.write(&Frame::of(&state, number, f64::from(number) / 24.0), &[], &state).unwrap();
+    }
+    let cache = CacheReader::open(&folder.0).unwrap();
+    let frame = folder.0.join("cache/frame_00002.npz");
+    let bytes = std::fs::read(&frame).unwrap();
+    let go = |out: &Folder| {
+        let options = ExportOptions { resolution: 16, ..ExportOptions::default() };
+        export(&cache, "ply", &options, &out.0, &mut |_| ControlFlow::Continue(()))
+    };
+    let out = Folder::new("failed-out");
+    std::fs::write(&frame, "cut").unwrap();
+    go(&out).unwrap_err();
+    assert!(out.0.join("frame_00001.ply").is_file() && !out.0.join("frame_00002.ply").exists());
+    std::fs::write(&frame, bytes).unwrap();
+    assert_eq!(go(&out).unwrap().files.len(), 4);
 }
 
 #[test]
@@ -148,6 +236,7 @@ fn every_exporter_has_a_file() {
     let shared = [
         "mod",
         "glb",
+        "listing",
         "look",
         "ogawa",
         "pictures",
@@ -191,7 +280,7 @@ fn runs_with_nothing_left_and_runs_of_chains_are_exported_or_refused_in_words() 
                     assert!(words.iter().any(|words| message.contains(words)), "{}: {message}", row.name);
                     assert_eq!(std::fs::read_dir(&out.0).unwrap().count(), 0, "{}", row.name);
                 }
-                _ => assert!(!result.unwrap().is_empty(), "{}", row.name),
+                _ => assert!(!result.unwrap().files.is_empty(), "{}", row.name),
             }
         }
     }

@@ -19,15 +19,24 @@ const LAST: u32 = 14;
 /// A run that tears, simulated once for all tests.
 fn run() -> &'static Folder {
     static RUN: OnceLock<Folder> = OnceLock::new();
-    RUN.get_or_init(|| {
-        let folder = Folder::new("readers-run");
-        let mut scene = tearing_scene();
-        scene.up = Axis::Z;
-        let info = RunInfo { scene: "torn \"paper\"".into(), fps: 24.0, up: scene.up };
-        let mut writer = CacheWriter::create(&folder.0, &info).unwrap();
-        Simulation::build(&scene, &Inputs::default()).unwrap().run(LAST, &mut writer).unwrap();
-        folder
-    })
+    RUN.get_or_init(|| simulate("readers-run", 0))
+}
+
+/// The same with a burn mesh finer than the one that moves.
+fn fine_run() -> &'static Folder {
+    static RUN: OnceLock<Folder> = OnceLock::new();
+    RUN.get_or_init(|| simulate("readers-fine", 1))
+}
+
+fn simulate(name: &str, burn_level: u32) -> Folder {
+    let folder = Folder::new(name);
+    let mut scene = tearing_scene();
+    scene.up = Axis::Z;
+    scene.sheet.burn_level = burn_level;
+    let info = RunInfo { scene: "torn \"paper\"".into(), fps: 24.0, up: scene.up };
+    let mut writer = CacheWriter::create(&folder.0, &info).unwrap();
+    Simulation::build(&scene, &Inputs::default()).unwrap().run(LAST, &mut writer).unwrap();
+    folder
 }
 
 /// Exports the run into a folder and lists the files, after having looked that nothing else is there, and that a second
@@ -35,11 +44,11 @@ fn run() -> &'static Folder {
 fn exported(format: &str, folder: &Folder) -> Vec<PathBuf> {
     let options = ExportOptions { resolution: 128, ..ExportOptions::default() };
     let cache = CacheReader::open(&run().0).unwrap();
-    let write = || export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let write = || export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap().files;
     let contents = |files: &[PathBuf]| files.iter().map(|file| std::fs::read(file).unwrap()).collect::<Vec<_>>();
     let files = write();
     let before = contents(&files);
-    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}: something else is there");
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len() + 1, "{format}: more than files and list");
     write();
     assert!(before == contents(&files), "{format}: another time, other bytes");
     files
@@ -52,6 +61,17 @@ fn openusd_reads_every_frame() {
         let files = exported(format, &folder);
         assert_eq!(files.len(), 1);
         read_with("usd.py", &[&run().0, &files[0]]);
+    }
+}
+
+#[test]
+fn openusd_and_alembic_read_a_fine_burn_mesh() {
+    for (format, reader) in [("usd", "usd.py"), ("abc", "abc.py")] {
+        let folder = Folder::new(&format!("fine-{format}"));
+        let cache = CacheReader::open(&fine_run().0).unwrap();
+        let options = ExportOptions::default();
+        let exported = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+        read_with(reader, &[&fine_run().0, &exported.files[0]]);
     }
 }
 
@@ -89,9 +109,9 @@ fn what_needs_all_frames_is_not_written_without_them() {
     // The others keep what they have.
     for format in ["usd", "usdz", "usd_twin", "abc", "gltf", "maps"] {
         let folder = Folder::new(format!("stopped-{format}").as_str());
-        let files = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap();
+        let files = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Break(())).unwrap().files;
         assert!(files.iter().all(|file| file.is_file()), "{format}");
-        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len(), "{format}");
+        assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), files.len() + 1, "{format}");
     }
 }
 
@@ -127,7 +147,7 @@ fn a_damaged_frame_is_named_and_leaves_nothing_half_written() {
             let old = folder.0.join(format!("sheet.{}", row.item.extension));
             std::fs::write(&old, "old").unwrap();
             let reader = CacheReader::open(&damaged.0).unwrap();
-            let options = ExportOptions { resolution: 16, ..ExportOptions::default() };
+            let options = ExportOptions { resolution: 16, force: true, ..ExportOptions::default() };
             let result = export(&reader, row.name, &options, &folder.0, &mut |_| ControlFlow::Continue(()));
             let gaps_are_fine = ["ply", "obj", "usd", "usdz", "gltf", "maps"].contains(&row.name);
             if what == "missing" && gaps_are_fine {
@@ -153,6 +173,6 @@ fn mean_velocities_are_those_from_frame_to_frame() {
     let folder = Folder::new("mean");
     let cache = CacheReader::open(&run().0).unwrap();
     let options = ExportOptions { mean_velocities: true, ..ExportOptions::default() };
-    let files = export(&cache, "usd", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let files = export(&cache, "usd", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap().files;
     read_with("velocities.py", &[&run().0, &files[0]]);
 }

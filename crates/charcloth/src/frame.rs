@@ -2,7 +2,7 @@
 
 use crate::burn_mesh::BurnMap;
 use crate::error::Error;
-use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, SheetState, Triangles};
+use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, NONE, Origins, SheetState, Triangles};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -19,10 +19,48 @@ pub struct Frame {
     pub burn: BurnNodes,
     /// The surface; triangles with `alive` 0 have been cut from it.
     pub triangles: Triangles,
+    /// Where on the input mesh each node comes from, by the same node id.
+    pub origins: Origins,
+}
+
+impl Origins {
+    /// Origins of nodes that are corners of the triangles of the input. The first live triangle at a node says which
+    /// face; any other puts it at the same place.
+    pub fn of_corners(nodes: &MotionNodes, triangles: &Triangles) -> Self {
+        let mut origins = Self::zeros(nodes.len());
+        origins.origin_face.fill(NONE);
+        for i in 0..nodes.len() {
+            origins.origin_points[i] = [nodes.source[i]; 3];
+            origins.origin_weights[i] = DVec3::X;
+        }
+        let of_state = |alive: bool| (0..triangles.len()).rev().filter(move |t| (triangles.alive[*t] != 0) == alive);
+        for t in of_state(false).chain(of_state(true)) {
+            for (k, node) in triangles.corners[t].into_iter().enumerate() {
+                origins.set(node as usize, nodes, triangles, t, DVec3::AXES[k]);
+            }
+        }
+        origins
+    }
+
+    /// Origins of the nodes of a finer burn mesh on the triangles that carry it.
+    fn on_triangles(map: &BurnMap, nodes: &MotionNodes, triangles: &Triangles) -> Self {
+        let mut origins = Self::zeros(map.parent.len());
+        for (i, parent) in map.parent.iter().enumerate() {
+            origins.set(i, nodes, triangles, *parent as usize, map.weights[i]);
+        }
+        origins
+    }
+
+    /// Puts a node on a triangle.
+    fn set(&mut self, node: usize, nodes: &MotionNodes, triangles: &Triangles, t: usize, weights: DVec3) {
+        self.origin_face[node] = triangles.source_face[t];
+        self.origin_points[node] = triangles.corners[t].map(|i| nodes.source[i as usize]);
+        self.origin_weights[node] = weights;
+    }
 }
 
 /// The burn mesh with what moves carried over to its nodes.
-fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles) {
+fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles, Origins) {
     let SheetState { motion, burn, triangles, burn_triangles: fine, .. } = state;
     let mut map = BurnMap::default();
     map.lay_out(state);
@@ -59,18 +97,19 @@ fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles) {
         surface.sheet[t] = triangles.sheet[parent];
         surface.piece[t] = triangles.piece[parent];
     }
-    (nodes, surface)
+    (nodes, surface, Origins::on_triangles(&map, motion, triangles))
 }
 
 impl Frame {
     /// A copy of the visible part of a state.
     pub fn of(state: &SheetState, number: u32, time: f64) -> Self {
-        let (motion, triangles) = if state.has_fine_burn_mesh() {
+        let (motion, triangles, origins) = if state.has_fine_burn_mesh() {
             of_burn_mesh(state)
         } else {
-            (state.motion.clone(), state.triangles.clone())
+            let origins = Origins::of_corners(&state.motion, &state.triangles);
+            (state.motion.clone(), state.triangles.clone(), origins)
         };
-        Self { number, time, motion, burn: state.burn.clone(), triangles }
+        Self { number, time, motion, burn: state.burn.clone(), triangles, origins }
     }
 
     /// Area-weighted unit normal of each node, zero where it has no triangle left.

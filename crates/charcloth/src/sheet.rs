@@ -221,6 +221,19 @@ fields! {
 }
 
 fields! {
+    /// Where on the input mesh each node of a frame comes from: a place on a triangle between three of its points. Tears
+    /// and finer burn meshes do not change it. Worked out for frames, never part of the state.
+    pub struct Origins {
+        /// Face of the input mesh; none for a chain.
+        origin_face: u32, "1", Copy;
+        /// Points of the input mesh at the corners of the triangle that the face was cut into there.
+        origin_points: [u32; 3], "1", Copy;
+        /// Barycentric weights of the three points; their sum is 1.
+        origin_weights: DVec3, "1", Copy;
+    }
+}
+
+fields! {
     /// The stress-free shape of each triangle of the motion mesh.
     pub struct RestShapes {
         /// Side from the first corner to the second, in the plane of the material: x along the machine direction, z nought.

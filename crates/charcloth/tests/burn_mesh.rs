@@ -125,6 +125,42 @@ fn a_frame_is_the_burn_mesh_on_a_round_surface() {
 }
 
 #[test]
+fn every_node_of_a_frame_knows_its_place_on_the_input_also_after_tears() {
+    for (level, frames) in [(0, 0), (0, 14), (2, 0), (2, 14)] {
+        let simulation = run(&burning(level), frames);
+        let start = build(&burning(level));
+        // Points of the input by their number there.
+        let (motion, triangles) = (&start.state().motion, &start.state().triangles);
+        let mut input = vec![DVec3::NAN; motion.len()];
+        (0..motion.len()).for_each(|i| input[motion.source[i] as usize] = motion.rest_position[i]);
+        let mut faces = vec![[NONE; 3]; triangles.len()];
+        for t in 0..triangles.len() {
+            faces[triangles.source_face[t] as usize] = triangles.corners[t].map(|i| motion.source[i as usize]);
+        }
+        let frame = simulation.frame();
+        assert_eq!(frames > 0, frame.motion.len() > start.frame().motion.len(), "the scene is one that tears");
+        for i in 0..frame.motion.len() {
+            let (face, points) = (frame.origins.origin_face[i], frame.origins.origin_points[i]);
+            let weights = frame.origins.origin_weights[i];
+            assert!((weights.element_sum() - 1.0).abs() < 1e-15 && weights.min_element() >= 0.0, "{weights}");
+            assert_eq!(faces[face as usize], points, "the points are those of the face");
+            let place: DVec3 = points.iter().zip(weights.to_array()).map(|(k, w)| w * input[*k as usize]).sum();
+            // Lengths of some 0.05 m, a handful of roundings.
+            assert!(place.distance(frame.motion.rest_position[i]) < 1e-16, "level {level}, node {i}");
+        }
+        for t in 0..frame.triangles.len() {
+            if frame.triangles.alive[t] != 0 {
+                // A node on an edge lies on either face at it; inside, there is no choice.
+                let inner = |i: &&u32| frame.origins.origin_weights[**i as usize].min_element() > 0.0;
+                for i in frame.triangles.corners[t].iter().filter(inner) {
+                    assert_eq!(frame.origins.origin_face[*i as usize], frame.triangles.source_face[t]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_hairline_that_has_burnt_through_cuts_and_a_hole_weakens() {
     let mut scene = burning(2);
     scene.ignite.clear();

@@ -6,7 +6,7 @@ use crate::interrupt;
 use crate::progress::{Style, tell};
 use anyhow::Context;
 use charcloth_io::cache::CacheReader;
-use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
+use charcloth_io::exporters::{EXPORTERS, ExportOptions, Exported, export};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use indicatif::ProgressBar;
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Format; `charcloth list formats` says what each carries
     #[arg(long, value_name = "FORMAT", value_parser = PossibleValuesParser::new(EXPORTERS.iter().map(|row| row.name)))]
     format: String,
-    /// First and last frame [default: all]
+    /// First and last frame [default: all]; others of an earlier export in the folder are removed
     #[arg(long, value_name = "A..B")]
     frames: Option<Frames>,
     /// Folder to write into [default: a folder named as the format in that of the run]
@@ -37,6 +37,9 @@ pub struct Arguments {
     /// Velocities from frame to frame, not of the moment: motion blur without the trembling of the sheet within a frame
     #[arg(long)]
     mean_velocities: bool,
+    /// Replace files in the folder that no export wrote
+    #[arg(long)]
+    force: bool,
     /// How to say how far it is: words, or json for programs, one object a line
     #[arg(long, value_name = "HOW", value_enum, default_value_t, hide_possible_values = true)]
     progress: Style,
@@ -51,6 +54,7 @@ impl Run for Arguments {
             resolution: self.resolution,
             gutter: self.gutter,
             mean_velocities: self.mean_velocities,
+            force: self.force,
         };
         interrupt::watch()?;
         let json = self.progress == Style::Json;
@@ -63,13 +67,18 @@ impl Run for Arguments {
             }
             if interrupt::asked_to_stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let written = export(&cache, &self.format, &options, &folder, &mut progress)?;
+        let Exported { files: written, removed } = export(&cache, &self.format, &options, &folder, &mut progress)?;
         bar.finish_and_clear();
         let first = written.first().context("nothing was written")?;
         if json {
-            tell(&json!({ "event": "end", "files": &written, "stopped": interrupt::asked_to_stop() }));
+            tell(
+                &json!({ "event": "end", "files": &written, "removed": removed, "stopped": interrupt::asked_to_stop() }),
+            );
         } else {
             println!("{} files from {}", written.len(), first.display());
+            if removed > 0 {
+                println!("{removed} files of an earlier export removed");
+            }
         }
         Ok(Outcome::Fine)
     }

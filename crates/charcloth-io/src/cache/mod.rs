@@ -61,8 +61,12 @@ fn array_name(table: &str, column: &str) -> String {
 
 /// Every column of a frame: table, array name, column.
 fn frame_columns(frame: &Frame) -> Vec<(&'static str, String, Column<'_>)> {
-    let tables =
-        [("motion", frame.motion.columns()), ("burn", frame.burn.columns()), ("triangles", frame.triangles.columns())];
+    let tables = [
+        ("motion", frame.motion.columns()),
+        ("burn", frame.burn.columns()),
+        ("origins", frame.origins.columns()),
+        ("triangles", frame.triangles.columns()),
+    ];
     let mut all = Vec::new();
     for (table, columns) in tables {
         all.extend(columns.into_iter().map(|column| (table, array_name(table, column.name), column)));
@@ -70,7 +74,7 @@ fn frame_columns(frame: &Frame) -> Vec<(&'static str, String, Column<'_>)> {
     all
 }
 
-/// Every column of a frame, to be filled: array name, data.
+/// Every column of a frame that caches of all versions have, to be filled: array name, data.
 fn frame_columns_mut(frame: &mut Frame) -> Vec<(String, DataMut<'_>)> {
     let tables = [
         ("motion", frame.motion.columns_mut()),

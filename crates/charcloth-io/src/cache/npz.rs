@@ -168,6 +168,11 @@ impl NpzReader {
         names.map(|name| name.trim_end_matches(".npy").to_string()).collect()
     }
 
+    /// Whether there is an array of a name.
+    pub fn has(&self, name: &str) -> bool {
+        self.zip.index_for_name(&format!("{name}.npy")).is_some()
+    }
+
     /// Reads one array, checking it against its checksum and its shape; the error is what is wrong with it.
     pub fn array(&mut self, name: &str) -> Result<Array, String> {
         let damaged = |error: io::Error| format!("the array {name} is damaged ({error})");

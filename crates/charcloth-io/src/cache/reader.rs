@@ -6,6 +6,7 @@ use crate::error::IoError;
 use crate::files::read_whole;
 use charcloth::fields::DataMut;
 use charcloth::frame::Frame;
+use charcloth::sheet::Origins;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -85,6 +86,14 @@ fn read_frame(bytes: Vec<u8>) -> Result<Frame, String> {
     for (name, data) in frame_columns_mut(&mut frame) {
         npz.fill(&name, data)?;
     }
+    // Caches of earlier versions know the point of the input that a node comes from, but not the place between points.
+    if npz.has("origin_face") {
+        for (name, data) in frame.origins.columns_mut() {
+            npz.fill(name, data)?;
+        }
+    } else {
+        frame.origins = Origins::of_corners(&frame.motion, &frame.triangles);
+    }
     let one_length = |columns: Vec<charcloth::fields::Column<'_>>, rows: usize| {
         columns
             .iter()
@@ -93,6 +102,7 @@ fn read_frame(bytes: Vec<u8>) -> Result<Frame, String> {
     };
     one_length(frame.motion.columns(), frame.motion.len())?;
     one_length(frame.burn.columns(), frame.motion.len())?;
+    one_length(frame.origins.columns(), frame.motion.len())?;
     one_length(frame.triangles.columns(), frame.triangles.len())?;
     let nodes = frame.motion.len();
     if let Some(bad) = frame.triangles.corners.iter().flatten().find(|i| **i as usize >= nodes) {

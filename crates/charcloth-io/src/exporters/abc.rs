@@ -4,7 +4,7 @@
 //! scene that is z-up is turned; its faces run clockwise seen from outside.
 
 use super::ogawa::{Item, OgawaWriter, Pod, Property};
-use super::quantities::{QUANTITIES, linear_color};
+use super::quantities::{ORIGIN_WEIGHTS_BY_CORNER, ORIGINS, QUANTITIES, linear_color};
 use super::sequence::Sequence;
 use super::surface::Shape;
 use crate::error::IoError;
@@ -149,6 +149,15 @@ impl Sheet {
         all.push(("Cd", Arbitrary, parameter("vtx", "float32_t", 3, "rgb"), Float32, 3, color));
         let rest = vectors(&|i| motion.rest_position[i]);
         all.push(("rest", Arbitrary, parameter("vtx", "float32_t", 3, "point"), Float32, 3, rest));
+        // Weights are no vector, which programs would turn with the mesh: three parameters.
+        for (k, name) in ORIGIN_WEIGHTS_BY_CORNER.into_iter().enumerate() {
+            let weights = bytes(nodes().map(|i| (frame.origins.origin_weights[i][k] as f32).to_le_bytes()));
+            all.push((name, Arbitrary, parameter("vtx", "float32_t", 1, ""), Float32, 1, weights));
+        }
+        for origin in ORIGINS {
+            let values = bytes(nodes().map(|i| (origin.value)(frame, i).to_le_bytes()));
+            all.push((origin.name, Arbitrary, parameter("vtx", "int32_t", 1, ""), Int32, 1, values));
+        }
         let by_node = [
             ("id", bytes(shape.nodes.iter().map(|i| i.to_le_bytes()))),
             ("source", bytes(nodes().map(|i| motion.source[i].to_le_bytes()))),

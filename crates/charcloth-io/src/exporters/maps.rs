@@ -7,6 +7,7 @@
 use super::pictures::{write_exr, write_png};
 use super::quantities::{char, temperature};
 use super::sequence::Sequence;
+use super::{each, numbered};
 use crate::error::IoError;
 use crate::files::{Durability, write_whole};
 use charcloth::frame::Frame;
@@ -23,6 +24,13 @@ const SIDES: std::ops::RangeInclusive<u32> = 16..=8192;
 const WHITE: f64 = 1500.0;
 /// "Never" in the PNG of arrival times.
 const NEVER: u16 = u16::MAX;
+
+/// Names of the files of frames of these numbers.
+pub(super) fn files(frames: &[u32]) -> Vec<String> {
+    let mut names = ["maps.json", "arrival.exr", "arrival.png"].map(String::from).to_vec();
+    ["exr", "png"].iter().for_each(|extension| names.extend(each(frames, "burn", extension)));
+    names
+}
 
 /// Which triangle each texel shows, row by row from the top.
 struct Coverage {
@@ -54,7 +62,7 @@ pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<Pa
     let mut path = folder.join("maps.json");
     while let Some(frame) = sequence.next(&path)? {
         let texel = |y: usize, x: usize| coverage.sample(&frame, y, x);
-        path = folder.join(format!("burn_{:05}.exr", frame.number));
+        path = folder.join(numbered("burn", frame.number, "exr"));
         write_exr(&path, [coverage.side; 2], &["B", "G", "R"], &mut |y, row| {
             for x in 0..coverage.side {
                 let [temperature, char, alive] = texel(y, x);
@@ -65,7 +73,7 @@ pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<Pa
             Ok(())
         })?;
         files.push(path.clone());
-        let picture = folder.join(format!("burn_{:05}.png", frame.number));
+        let picture = folder.join(numbered("burn", frame.number, "png"));
         write_png(&picture, [coverage.side; 2], ColorType::Rgb, BitDepth::Eight, &mut |y, row| {
             for (x, bytes) in row.chunks_exact_mut(3).enumerate() {
                 let [temperature, char, alive] = texel(y, x);

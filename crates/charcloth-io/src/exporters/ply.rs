@@ -4,7 +4,7 @@
 //! tables stand `id` (the node), `burn` (fraction of the fuel that is gone), `age` (seconds since the node caught fire,
 //! -1 before) and a display colour. A column added to a table is written without a change here.
 
-use super::quantities::{QUANTITIES, color};
+use super::quantities::{ABOUT_ORIGIN_WEIGHTS, ORIGIN_WEIGHTS_BY_CORNER, ORIGINS, QUANTITIES, color};
 use super::surface::Surface;
 use crate::error::IoError;
 use crate::files::{Durability, write_whole};
@@ -93,6 +93,18 @@ fn properties<'a>(frame: &'a Frame, surface: &'a Surface) -> Vec<Property<'a>> {
         about: "number of the node, the same in all frames".to_string(),
         append: Box::new(move |v, row| row.extend(surface.vertices[v].0.to_le_bytes())),
     });
+    for origin in ORIGINS {
+        all.push(Property {
+            kind: "uint",
+            name: origin.name.to_string(),
+            about: origin.about.to_string(),
+            append: Box::new(move |v, row| row.extend((origin.value)(frame, node(v)).to_le_bytes())),
+        });
+    }
+    for (k, name) in ORIGIN_WEIGHTS_BY_CORNER.into_iter().enumerate() {
+        let about = if k == 0 { ABOUT_ORIGIN_WEIGHTS } else { "" };
+        add_float(&mut all, name, about, move |v| frame.origins.origin_weights[node(v)][k]);
+    }
     for name in ["burn", "age"] {
         let quantity = QUANTITIES.iter().find(|quantity| quantity.name == name).expect("it is in the table");
         add_float(&mut all, name, quantity.about, move |v| (quantity.value)(frame, node(v)));

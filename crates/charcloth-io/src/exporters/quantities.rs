@@ -57,3 +57,36 @@ pub(super) fn color(frame: &Frame, node: usize) -> [u8; 3] {
 pub(super) fn linear_color(frame: &Frame, node: usize) -> [f32; 3] {
     color(frame, node).map(linear)
 }
+
+/// A whole number that a node has in every frame: the parts of where on the input mesh it comes from.
+pub(super) struct Origin {
+    /// Name in files.
+    pub name: &'static str,
+    /// One sentence on what it is.
+    pub about: &'static str,
+    /// Value at a node.
+    pub value: fn(&Frame, usize) -> u32,
+}
+
+/// Where on the input mesh a node comes from; [`ORIGIN_WEIGHTS`] weigh the three points.
+pub(super) const ORIGINS: &[Origin] = &[
+    Origin {
+        name: "origin_face",
+        about: "Face of the input mesh that the point lies on",
+        value: |frame, i| frame.origins.origin_face[i],
+    },
+    Origin {
+        name: "origin_a",
+        about: "First point of the input mesh around it",
+        value: |frame, i| frame.origins.origin_points[i][0],
+    },
+    Origin { name: "origin_b", about: "Second point around it", value: |frame, i| frame.origins.origin_points[i][1] },
+    Origin { name: "origin_c", about: "Third point around it", value: |frame, i| frame.origins.origin_points[i][2] },
+];
+
+/// Name of the barycentric weights of the three points.
+pub(super) const ORIGIN_WEIGHTS: &str = "origin_weights";
+/// Their names where each is an attribute of its own.
+pub(super) const ORIGIN_WEIGHTS_BY_CORNER: [&str; 3] = ["origin_weights_a", "origin_weights_b", "origin_weights_c"];
+/// What they are.
+pub(super) const ABOUT_ORIGIN_WEIGHTS: &str = "Barycentric weights of the three points of the input mesh";

@@ -5,7 +5,7 @@
 //! faces once. Texture coordinates stand once, and each frame says which it uses.
 
 use super::look::{display_color, linear};
-use super::quantities::{QUANTITIES, linear_color};
+use super::quantities::{ABOUT_ORIGIN_WEIGHTS, ORIGIN_WEIGHTS, ORIGINS, QUANTITIES, linear_color};
 use super::sequence::Sequence;
 use super::surface::Shape;
 use super::twin::Twin;
@@ -172,6 +172,13 @@ impl Sheet {
         }
         let rest = node_rows(&|i| motion.rest_position[i]);
         all.push(("primvars:rest".into(), "point3f[]", "vertex", "Place in the stress-free sheet [m]".into(), rest));
+        let weights = node_rows(&|i| frame.origins.origin_weights[i]);
+        let name = format!("primvars:{ORIGIN_WEIGHTS}");
+        all.push((name, "float3[]", "vertex", ABOUT_ORIGIN_WEIGHTS.into(), weights));
+        for origin in ORIGINS {
+            let values = node_ints(&|i| (origin.value)(frame, i));
+            all.push((format!("primvars:{}", origin.name), "int[]", "vertex", origin.about.into(), values));
+        }
         let whole: [(_, &str, _); 3] = [
             ("primvars:id", "Number of the node, the same in all frames", node_ints(&|i| i as u32)),
             ("primvars:source", "Point of the input mesh the node comes from", node_ints(&|i| motion.source[i])),

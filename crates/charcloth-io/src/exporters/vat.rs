@@ -23,6 +23,13 @@ use std::path::{Path, PathBuf};
 /// Widths to choose from; graphics processors take textures up to the last.
 const SIDES: [usize; 7] = [256, 512, 1024, 2048, 4096, 8192, 16384];
 
+const FILES: [&str; 5] = ["vat.json", "sheet.glb", "positions.exr", "normals.png", "colors.png"];
+
+/// Names of the files.
+pub(super) fn files(_: &[u32]) -> Vec<String> {
+    FILES.map(String::from).to_vec()
+}
+
 /// Where points and frames are in the pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Layout {
@@ -62,8 +69,7 @@ impl Layout {
 
 /// Writes `vat.json`, `sheet.glb`, `positions.exr`, `normals.png` and `colors.png` into a folder.
 pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<PathBuf>, IoError> {
-    let [about, mesh, positions, normals, colors] =
-        ["vat.json", "sheet.glb", "positions.exr", "normals.png", "colors.png"].map(|name| folder.join(name));
+    let [about, mesh, positions, normals, colors] = FILES.map(|name| folder.join(name));
     let twin = Twin::of(sequence, &positions)?;
     let frames = sequence.numbers().len();
     let Some(layout) = Layout::of(twin.len(), frames) else {

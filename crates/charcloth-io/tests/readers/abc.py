@@ -39,8 +39,10 @@ def parameter(name, k):
     return np.array(list(array(parameters, name).getValue(at(k))))
 
 
-whole = {"id", "source", "alive", "piece", "source_face", "sheet"}
-assert names == whole | {"temperature", "fuel", "burn", "char", "age", "Cd", "rest"}, names
+origins = {"origin_face", "origin_a", "origin_b", "origin_c"}
+weights = {f"origin_weights_{corner}" for corner in "abc"}
+whole = {"id", "source", "alive", "piece", "source_face", "sheet"} | origins
+assert names == whole | {"temperature", "fuel", "burn", "char", "age", "Cd", "rest"} | weights, names
 for k in range(count):
     frame = np.load(f"{run}/cache/frame_{k:05}.npz")
     assert abs(sampling.getSampleTime(k) - frame["time"]) < 1e-9
@@ -64,5 +66,10 @@ for k in range(count):
     assert np.array_equal(turned(frame["position"][nodes]).max(0), np.float32([high[0], high[1], high[2]]))
     assert np.array_equal(parameter("id", k), nodes)
     assert np.array_equal(parameter("temperature", k).astype(np.float32), frame["temperature"][nodes])
+    assert np.array_equal(parameter("origin_face", k), frame["origin_face"][nodes])
+    for column, name in enumerate(("origin_a", "origin_b", "origin_c")):
+        assert np.array_equal(parameter(name, k), frame["origin_points"][nodes, column])
+        weights = parameter(f"origin_weights_{name[-1]}", k).astype(np.float32)
+        assert np.array_equal(weights, frame["origin_weights"][nodes, column])
     assert np.array_equal(parameter("piece", k), frame["triangle_piece"][alive])
 print("SOUND", count, "frames")

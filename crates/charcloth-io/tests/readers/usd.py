@@ -30,6 +30,11 @@ primvars = UsdGeom.PrimvarsAPI(mesh)
 times = mesh.GetPointsAttr().GetTimeSamples()
 assert times[0] == stage.GetStartTimeCode() and times[-1] == stage.GetEndTimeCode()
 faces_seen = set()
+start = np.load(f"{run}/cache/frame_00000.npz")
+# Rows of the built-in sheet by their number in the input; with a fine burn mesh corners of triangles come first.
+corner = np.isclose(start["origin_weights"].max(1), 1)
+rest_of_input = np.zeros((start["source"].max() + 1, 3), np.float32)
+rest_of_input[start["source"][corner]] = start["rest_position"][corner]
 for time in times:
     frame = np.load(f"{run}/cache/frame_{int(time):05}.npz")
     alive = frame["triangle_alive"] == 1
@@ -56,6 +61,14 @@ for time in times:
     assert np.array_equal(primvar("temperature", "vertex"), frame["temperature"][nodes])
     assert np.array_equal(primvar("rest", "vertex"), frame["rest_position"][nodes])
     assert np.array_equal(primvar("source", "vertex"), frame["source"][nodes])
+    # Where on the input each point comes from; at rest that is where it lies.
+    weights = primvar("origin_weights", "vertex")
+    assert np.array_equal(weights, frame["origin_weights"][nodes])
+    assert np.array_equal(primvar("origin_face", "vertex"), frame["origin_face"][nodes])
+    points_of_input = np.stack([primvar(f"origin_{corner}", "vertex") for corner in "abc"], 1)
+    assert np.array_equal(points_of_input, frame["origin_points"][nodes])
+    there = (weights[:, :, None] * rest_of_input[points_of_input]).sum(1)
+    assert np.allclose(there, frame["rest_position"][nodes], atol=1e-7)
     for name in ("piece", "source_face", "sheet"):
         assert np.array_equal(primvar(name, "uniform"), frame[f"triangle_{name}"][alive]), name
     left = frame["fuel"][nodes] / frame["fuel_initial"][nodes]
