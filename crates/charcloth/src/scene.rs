@@ -30,7 +30,7 @@ pub use motion::{Follow, Motion, PullKey};
 pub use output::{Camera, Expect, Output, Probe, Style};
 pub use paint::{Mask, Paint, PaintedGain, PaintedTime};
 pub use places::{Corner, HalfSpace, Ignite, Pin, Region, Side};
-pub use sheet::{Backing, Edges, Face, LengthUnit, Pose, Rest, Shape, Sheet, Variation};
+pub use sheet::{Backing, Board, Edges, Face, LengthUnit, Pose, Rest, Shape, Sheet, Variation};
 
 use crate::units::*;
 use schemars::JsonSchema;

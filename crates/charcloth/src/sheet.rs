@@ -145,6 +145,24 @@ fields! {
 }
 
 fields! {
+    /// Board behind each burn node, from the sheet into its depth. Without rows where there is none.
+    pub struct BoardNodes {
+        /// Temperature of the first layer.
+        layer_1: f64, "K", Copy;
+        /// Of the second, twice as thick.
+        layer_2: f64, "K", Copy;
+        /// And so on.
+        layer_3: f64, "K", Copy;
+        /// Fourth.
+        layer_4: f64, "K", Copy;
+        /// Fifth.
+        layer_5: f64, "K", Copy;
+        /// Last.
+        layer_6: f64, "K", Copy;
+    }
+}
+
+fields! {
     /// Who conducts heat to whom, per edge of the burn mesh.
     pub struct BurnEdges {
         /// The two nodes.
@@ -272,6 +290,8 @@ fields! {
         heat_from_gas: f64, "J", Copy;
         /// Heat from radiant heaters.
         heat_from_heaters: f64, "J", Copy;
+        /// Heat that went into a board behind the sheet.
+        heat_to_board: f64, "J", Copy;
         /// Heat of drying; negative.
         heat_of_drying: f64, "J", Copy;
         /// Heat of reactions without oxygen; negative where they take heat up.
@@ -324,6 +344,8 @@ pub struct SheetState {
     pub front: FaceNodes,
     /// The other face.
     pub back: FaceNodes,
+    /// What lies behind the back, where that takes up heat.
+    pub board: BoardNodes,
     /// Who pulls on whom.
     pub springs: Springs,
     /// The surface.
@@ -338,7 +360,7 @@ pub struct SheetState {
 
 impl SheetState {
     /// Every table with its name.
-    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 11] {
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 12] {
         [
             ("motion", self.motion.columns()),
             ("burn", self.burn.columns()),
@@ -346,6 +368,7 @@ impl SheetState {
             ("burn_triangles", self.burn_triangles.columns()),
             ("front", self.front.columns()),
             ("back", self.back.columns()),
+            ("board", self.board.columns()),
             ("springs", self.springs.columns()),
             ("triangles", self.triangles.columns()),
             ("before", self.before.columns()),
@@ -363,6 +386,7 @@ impl SheetState {
         all.extend(self.burn_triangles.columns_mut().into_iter().map(|(n, d)| ("burn_triangles", n, d)));
         all.extend(self.front.columns_mut().into_iter().map(|(n, d)| ("front", n, d)));
         all.extend(self.back.columns_mut().into_iter().map(|(n, d)| ("back", n, d)));
+        all.extend(self.board.columns_mut().into_iter().map(|(n, d)| ("board", n, d)));
         all.extend(self.springs.columns_mut().into_iter().map(|(n, d)| ("springs", n, d)));
         all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
         all.extend(self.before.columns_mut().into_iter().map(|(n, d)| ("before", n, d)));
@@ -417,6 +441,9 @@ impl SheetState {
             if !face.is_empty() {
                 face.split(burn_node, part);
             }
+        }
+        if !self.board.is_empty() {
+            self.board.split(burn_node, part);
         }
     }
 

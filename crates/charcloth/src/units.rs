@@ -322,6 +322,8 @@ quantities! {
     HeatFlux = "a heat flux", "W/m2", [0, 1, -3, 0], "25 kW/m2";
     /// Energy per amount of substance [J/mol].
     MolarEnergy = "an energy per mole", "J/mol", [2, 1, -2, 0], "195 kJ/mol";
+    /// Mass per volume [kg/m3].
+    Density = "a mass per volume", "kg/m3", [-3, 1, 0, 0], "740 kg/m3";
     /// Thermal conductivity [W/(m K)].
     Conductivity = "a thermal conductivity", "W/(m K)", [1, 1, -3, -1], "0.07 W/(m K)";
     /// Bending stiffness per width [N m].

@@ -168,6 +168,13 @@ fn sheet(scene: &Scene, findings: &mut Findings) {
             "add `mesh = \"file.obj\"`",
         );
     }
+    if sheet.backing == Backing::Board {
+        let board = &sheet.board;
+        findings.positive("sheet.board.conductivity", board.conductivity.0, "\"0.12 W/(m K)\"");
+        findings.positive("sheet.board.density", board.density.0, "\"740 kg/m3\"");
+        findings.positive("sheet.board.heat_capacity", board.heat_capacity.0, "\"1000 J/(kg K)\"");
+        findings.not_negative("sheet.board.gap", board.gap.0);
+    }
     let variation = &sheet.variation;
     if variation.noise.0 < 0.0 || variation.noise.0 >= 1.0 {
         findings.add(

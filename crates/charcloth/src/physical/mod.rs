@@ -7,6 +7,7 @@
 //! microsecond a burning node and step; nodes at rest are not looked at (`awake.rs`).
 
 mod awake;
+mod board;
 mod conduction;
 mod layout;
 mod shrinkage;
@@ -19,9 +20,10 @@ use crate::gases::{self, FACES, FaceExchange, FaceView, Gas, GasState, SheetView
 use crate::material::Material;
 use crate::registry;
 use crate::scene::{Backing, Edges, Scene};
-use crate::sheet::{Books, BurnNodes, FaceNodes, SheetState};
+use crate::sheet::{BoardNodes, Books, BurnNodes, FaceNodes, SheetState};
 use crate::substances::{Masses, Substance};
 use awake::Awake;
+use board::Board;
 use conduction::Conduction;
 use glam::DVec3;
 use layout::Layout;
@@ -92,6 +94,10 @@ struct Work {
     noburn: bool,
     /// Heat conducted to it along the sheet [W].
     conducted: f64,
+    area: f64,
+    /// Temperatures of the board behind it [K], and what it took [J].
+    board: [f64; board::LAYERS],
+    to_board: f64,
 }
 
 /// The model of a scene, and its buffers.
@@ -115,6 +121,7 @@ pub struct Physical {
     /// Fibre and polymer of a dry sheet [kg/kg].
     burns: f64,
     backing: Backing,
+    board: Option<Board>,
     heaters: Vec<Heater>,
     pilots: Vec<Pilot>,
     layout: Layout,
@@ -208,6 +215,8 @@ impl Physical {
             char_yield: material.char_yield(),
             burns,
             backing: scene.sheet.backing,
+            board: (scene.sheet.backing == Backing::Board)
+                .then(|| Board::of(&scene.sheet.board, gases::properties::conductivity(room.temperature))),
             heaters: Vec::new(),
             pilots: Vec::new(),
             layout: Layout::default(),
@@ -264,6 +273,10 @@ impl Physical {
             }
             *(if face == 0 { &mut state.front } else { &mut state.back }) = nodes;
         }
+        if self.board.is_some() {
+            state.board = BoardNodes::zeros(count);
+            (0..count).for_each(|i| board::set_layers(&mut state.board, i, &[room; board::LAYERS]));
+        }
         for i in 0..count {
             state.burn.fuel_initial[i] = self.fuel(state, i);
             // No rate is the full one here.
@@ -290,7 +303,7 @@ impl Physical {
         self.layout.build(state);
         self.conduction.build(state, &self.layout, &self.chemistry);
         let count = state.burn.len();
-        let closed_back = self.backing == Backing::Insulated;
+        let closed_back = self.backing != Backing::None;
         for face in 0..FACES {
             self.open[face].clear();
             self.open[face].resize(count, if face == 1 && closed_back { 0.0 } else { 1.0 });
@@ -351,8 +364,9 @@ impl Physical {
         self.ask_gas(state, position, normal, dt);
         self.conduction.conduct(&state.burn.temperature, &self.layout, &self.awake.nodes, &mut self.conducted);
         self.gather(state);
-        let chemistry = &self.chemistry;
-        self.work.par_chunks_mut(CHUNK).for_each(|chunk| chunk.iter_mut().for_each(|work| work.advance(chemistry, dt)));
+        let (chemistry, board) = (&self.chemistry, self.board.as_ref());
+        let of_chunk = |chunk: &mut [Work]| chunk.iter_mut().for_each(|work| work.advance(chemistry, board, dt));
+        self.work.par_chunks_mut(CHUNK).for_each(of_chunk);
         self.scatter(state, time, dt);
     }
 
@@ -426,7 +440,7 @@ impl Physical {
     /// Collects the nodes that anything happens to: those that are not at the temperature of the room, or are being
     /// heated. For all others a step changes nothing.
     fn gather(&mut self, state: &SheetState) {
-        let SheetState { burn, front, back, .. } = state;
+        let SheetState { burn, front, back, board, .. } = state;
         let faces = [front, back];
         let room = self.room.temperature;
         self.work.clear();
@@ -456,15 +470,18 @@ impl Physical {
                 through: self.through * area / burn.thickness[i],
                 noburn: burn.noburn[i] != 0,
                 conducted,
+                area,
+                board: if self.board.is_some() { board::layers(board, i) } else { Default::default() },
+                to_board: 0.0,
             });
         }
     }
 
     fn scatter(&mut self, state: &mut SheetState, time: f64, dt: f64) {
-        let SheetState { burn, front, back, books, .. } = state;
+        let SheetState { burn, front, back, board, books, .. } = state;
         let room = self.room.temperature;
         let mut sums = Released::default();
-        let (mut heaters, mut conducted) = (0.0, 0.0);
+        let (mut heaters, mut conducted, mut to_board) = (0.0, 0.0, 0.0);
         for work in &mut self.work {
             let i = work.node as usize;
             let mut fuel_gas = 0.0;
@@ -485,6 +502,10 @@ impl Physical {
                 add(&mut sums, released);
             }
             conducted += work.conducted * dt;
+            if self.board.is_some() {
+                board::set_layers(board, i, &work.board);
+                to_board += work.to_board;
+            }
             let mean = 0.5 * (front.temperature[i] + back.temperature[i]);
             burn.temperature[i] = mean;
             burn.peak_temperature[i] = burn.peak_temperature[i].max(front.temperature[i]).max(back.temperature[i]);
@@ -497,6 +518,7 @@ impl Physical {
         let Books { heat_from_gas, heat_from_heaters, heat_of_drying, heat_of_pyrolysis, .. } = books;
         heat_from_gas[0] += sums.heat_in - heaters - conducted;
         heat_from_heaters[0] += heaters;
+        books.heat_to_board[0] += to_board;
         heat_of_drying[0] += sums.heat_of_drying;
         heat_of_pyrolysis[0] += sums.heat_of_pyrolysis;
         let Books { heat_of_oxidation, heat_carried, volatiles, steam, oxides, oxygen_taken, .. } = books;
@@ -563,6 +585,7 @@ impl Physical {
             books.heat_of_pyrolysis[0],
             books.heat_of_oxidation[0],
             -books.heat_carried[0],
+            -books.heat_to_board[0],
         ];
         let change = self.heat_content(state) - books.heat_initial[0];
         let size: f64 = exchanged.iter().map(|heat| heat.abs()).sum();
@@ -604,17 +627,39 @@ fn add(sums: &mut Released, released: &Released) {
 
 impl Work {
     /// Half of the exchange through the thickness, the chemistry of each face, the other half: second order in the step.
-    fn advance(&mut self, chemistry: &Chemistry, dt: f64) {
+    fn advance(&mut self, chemistry: &Chemistry, board: Option<&Board>, dt: f64) {
         let [front, back] = &mut self.layers;
         if self.noburn {
             chemistry.exchange(front, back, self.through, dt);
             self.released[0] = chemistry.warm(front, &self.around[0], dt, REFUSES_HEAT);
             self.released[1] = chemistry.warm(back, &self.around[1], dt, REFUSES_HEAT);
-            return;
+        } else {
+            chemistry.exchange(front, back, self.through, 0.5 * dt);
+            self.released[0] = chemistry.advance(front, &self.around[0], dt);
+            self.released[1] = chemistry.advance(back, &self.around[1], dt);
+            chemistry.exchange(front, back, self.through, 0.5 * dt);
         }
-        chemistry.exchange(front, back, self.through, 0.5 * dt);
-        self.released[0] = chemistry.advance(front, &self.around[0], dt);
-        self.released[1] = chemistry.advance(back, &self.around[1], dt);
-        chemistry.exchange(front, back, self.through, 0.5 * dt);
+        if let Some(board) = board {
+            self.to_board = self.area * warm_board(chemistry, board, back, self.area, &mut self.board, dt);
+        }
     }
+}
+
+/// A board takes heat from the half-layer that lies on it [J/m2].
+fn warm_board(
+    chemistry: &Chemistry,
+    board: &Board,
+    back: &mut Layer,
+    area: f64,
+    layers: &mut [f64; board::LAYERS],
+    dt: f64,
+) -> f64 {
+    let capacity = chemistry.heat_capacity(&back.masses, back.temperature) / area;
+    if capacity <= 0.0 {
+        return 0.0;
+    }
+    let flow = board.advance(capacity, back.temperature, layers, dt);
+    let heat = chemistry.sensible_heat(&back.masses, back.temperature) - flow * area;
+    back.temperature = chemistry.temperature(&back.masses, heat);
+    flow
 }

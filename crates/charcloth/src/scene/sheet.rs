@@ -33,8 +33,10 @@ choice! {
         /// Nothing: air on both faces.
         #[default]
         None,
-        /// An insulating board: no heat and no gas goes through the back.
+        /// An insulator that takes no heat and lets no gas through.
         Insulated,
+        /// A board that takes up heat, of `sheet.board`; no gas gets between.
+        Board,
     }
 }
 
@@ -138,6 +140,8 @@ pub struct Sheet {
     pub material: String,
     /// What lies against the back of the sheet, in the physical model.
     pub backing: Backing,
+    /// The board, where that is one.
+    pub board: Board,
     /// What is at its edges, in the physical model.
     pub edges: Edges,
     /// Sheets one above the other, alike but for their mesh.
@@ -178,6 +182,7 @@ impl Default for Sheet {
             burn_level: 0,
             material: "copy_paper_80".to_owned(),
             backing: Backing::default(),
+            board: Board::default(),
             edges: Edges::default(),
             layers: 1,
             layer_distance: Length(0.002),
@@ -203,6 +208,32 @@ impl Sheet {
         // tuned: no measured value was found; from trough to crest office paper is wavy by tenths of a millimetre, which is
         // four times this; 0.02 to 0.3 mm
         self.cockle.map_or(if self.mesh.is_some() { 0.0 } else { 1e-4 }, |height| height.0)
+    }
+}
+
+/// A board that the sheet lies on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Board {
+    /// Conductivity.
+    pub conductivity: Conductivity,
+    /// Density.
+    pub density: Density,
+    /// Heat capacity per mass.
+    pub heat_capacity: SpecificHeat,
+    /// Mean distance between it and the sheet, filled with air: neither is quite even.
+    pub gap: Length,
+}
+
+impl Default for Board {
+    /// Calcium silicate board as fire laboratories use it.
+    fn default() -> Self {
+        Self {
+            conductivity: Conductivity(0.12),    // tuned: by kind and density, 0.05 to 0.2 W/(m K)
+            density: Density(740.0),             // tuned: 200 to 900 kg/m3
+            heat_capacity: SpecificHeat(1000.0), // tuned: silicates have 800 to 1200 J/(kg K)
+            gap: Length(0.0005), // tuned: cloth uneven by 0.3 mm RMS that touches at its lowest places, 0.1 to 1 mm
+        }
     }
 }
 
