@@ -19,6 +19,8 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "tear": "a stretched sheet, lit in the middle, tears along cracks";
     "flake": "uneven sheet in a draught: thick places come off and fly";
     "corner": "a sheet of office paper lit at a lower corner, by the physical model";
+    "hole": "a level sheet of office paper lit from below in the middle";
+    "match": "a strip of card, held at one end and lit at the other";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
     "drape": "a napkin falls over a ball and onto the table";
     "fold": "a ribbon set down on its edge folds onto itself";

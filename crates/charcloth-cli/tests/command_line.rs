@@ -4,7 +4,8 @@ mod common;
 
 use common::{Folder, run};
 
-const COMMANDS: [&str; 9] = ["run", "render", "export", "import-check", "check", "new", "list", "schema", "bench"];
+const COMMANDS: [&str; 10] =
+    ["run", "render", "export", "import-check", "check", "new", "list", "schema", "bench", "fuzz"];
 
 #[test]
 fn help_names_every_command() {

@@ -8,6 +8,7 @@ pub mod cache;
 pub mod error;
 pub mod exporters;
 mod files;
+pub mod fuzz;
 pub mod images;
 pub mod importers;
 pub mod material_file;

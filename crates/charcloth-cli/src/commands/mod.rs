@@ -3,6 +3,7 @@
 mod bench;
 mod check;
 mod export;
+mod fuzz;
 mod import_check;
 mod list;
 mod new;
@@ -70,6 +71,11 @@ pub const COMMANDS: &[Entry<Subcommand>] = &[
         name: "bench",
         about: "Time the stages of a simulation, writing nothing",
         item: subcommand::<bench::Arguments>(),
+    },
+    Entry {
+        name: "fuzz",
+        about: "Run random scenes to their end, and tell what went wrong",
+        item: subcommand::<fuzz::Arguments>(),
     },
 ];
 
