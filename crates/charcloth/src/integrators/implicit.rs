@@ -33,8 +33,8 @@ const HALVINGS: usize = 12;
 const MOST_CAUTION: f32 = 10.0;
 /// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
 const STILL: f64 = 1e-5;
-/// Fewest nodes for which a second thread pays for its start. // tuned: 4000 to 20000
-const PARALLEL_FROM: usize = 6000;
+/// Fewest nodes for which a second thread pays for its start. // tuned: 2000 to 10000
+const PARALLEL_FROM: usize = 3000;
 /// Largest change of step length over which differences of second order are taken.
 const STEADY: f64 = 1.5;
 
@@ -45,6 +45,8 @@ struct Implicit {
     matrix: StepMatrix,
     multigrid: Multigrid,
     linear: ConjugateGradients,
+    /// Whether the step has yet to estimate the eigenvalues of the levels.
+    fresh: bool,
     fixed: Vec<bool>,
     mass: Vec<f64>,
     drag: Vec<f64>,
@@ -88,6 +90,7 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         matrix: StepMatrix::default(),
         multigrid: Multigrid::default(),
         linear: ConjugateGradients::default(),
+        fresh: true,
         fixed: Vec::new(),
         mass: Vec::new(),
         drag: Vec::new(),
@@ -309,6 +312,7 @@ impl Implicit {
             None => moving,
         };
         let mut first_gain = 0.0;
+        self.fresh = true;
         let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
         for iteration in 0..most {
             if let Some(contact) = &mut self.contact {
@@ -450,7 +454,8 @@ impl Implicit {
                 self.residual[i] -= self.correction[i];
             }
         }
-        let iterations = self.solve_linear(tolerance, parallel);
+        let iterations = self.solve_linear(tolerance, self.fresh, parallel);
+        self.fresh = false;
         report.iterations[1] += iterations as u32;
         if near {
             for i in 0..self.residual.len() {
@@ -461,11 +466,11 @@ impl Implicit {
     }
 
     /// Solves for the correction of a Newton iteration. Returns the number of iterations.
-    fn solve_linear(&mut self, tolerance: Tolerance, parallel: bool) -> usize {
+    fn solve_linear(&mut self, tolerance: Tolerance, fresh: bool, parallel: bool) -> usize {
         let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, .. } = self;
         let mut caution = CAUTION;
         loop {
-            multigrid.set_up(matrix, position, caution, parallel);
+            multigrid.set_up(matrix, position, caution, fresh || caution > CAUTION, parallel);
             rest_of_residual.copy_from_slice(residual);
             if let Some(iterations) = linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel)
             {

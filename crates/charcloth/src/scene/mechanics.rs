@@ -117,7 +117,7 @@ impl Default for Shell {
             machine_direction: Angle(std::f64::consts::FRAC_PI_2),
             bending_damping: Time(5e-4), // tuned: takes the rattle out of creases, 0 to 5 ms
             newton_tolerance: Ratio(1e-3),
-            linear_tolerance: Ratio(1e-2),
+            linear_tolerance: Ratio(3e-2), // tuned: a third fewer linear iterations than 1e-2, as many of Newton, 1e-2 to 0.1
         }
     }
 }

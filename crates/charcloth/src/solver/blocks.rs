@@ -6,6 +6,27 @@ use rayon::prelude::*;
 /// Rows that one thread takes at a time. Fixed, so that the work is cut up alike on any number of threads.
 pub const ROWS_A_TASK: usize = 1024;
 
+/// Compiles a loop also for AVX2, and runs that where the processor has it. The operations are the same, one by one, so
+/// bits are too; only encodings and registers differ.
+macro_rules! on_widest_unit {
+    (($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {{
+        #[inline(always)]
+        fn plain($($argument: $type),*) $(-> $result)? $body
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2")]
+        fn avx2($($argument: $type),*) $(-> $result)? {
+            plain($($argument),*)
+        }
+        match $crate::kernels::VectorUnit::best() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `VectorUnit::best` only names what the processor was found to have.
+            $crate::kernels::VectorUnit::Avx2 | $crate::kernels::VectorUnit::Avx512 => unsafe { avx2($($argument),*) },
+            _ => plain($($argument),*),
+        }
+    }};
+}
+pub(crate) use on_widest_unit;
+
 /// Which blocks of a matrix are there: for each row, the columns in rising order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pattern {
@@ -158,25 +179,47 @@ pub fn sum_by_rows(
     sums.iter().sum()
 }
 
-/// One row of `A x` in single precision, blocks and ties.
-#[inline(always)]
-pub fn row_times(pattern: &Pattern, blocks: &[Mat3A], ties: &Pattern, tie: &[f32], x: &[Vec3A], i: usize) -> Vec3A {
-    let mut sum = block_row_times(pattern, blocks, x, i);
-    let row = ties.row(i);
-    for (j, tie) in ties.column[row.clone()].iter().zip(&tie[row]) {
-        sum += x[*j as usize] * *tie;
-    }
-    sum
+/// The rows of `A x` from `first` on, in single precision: blocks and ties. Several sums at once, for an addition takes
+/// longer than what it adds.
+pub fn multiply_rows(
+    pattern: &Pattern,
+    blocks: &[Mat3A],
+    ties: &Pattern,
+    tie: &[f32],
+    x: &[Vec3A],
+    first: usize,
+    y: &mut [Vec3A],
+) {
+    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], ties: &Pattern, tie: &[f32], x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+        for (k, y) in y.iter_mut().enumerate() {
+            let row = ties.row(first + k);
+            let mut sums = [Vec3A::ZERO; 4];
+            let (columns, values) = (&ties.column[row.clone()], &tie[row]);
+            let (fours, rest) = columns.as_chunks::<4>();
+            let (four_values, rest_of_values) = values.as_chunks::<4>();
+            for (columns, values) in fours.iter().zip(four_values) {
+                for lane in 0..4 {
+                    sums[lane] += x[columns[lane] as usize] * values[lane];
+                }
+            }
+            for (column, value) in rest.iter().zip(rest_of_values) {
+                sums[0] += x[*column as usize] * *value;
+            }
+            *y = block_row_times(pattern, blocks, x, first + k) + ((sums[0] + sums[1]) + (sums[2] + sums[3]));
+        }
+    });
 }
 
 /// One row of `A x` in single precision.
 #[inline(always)]
 pub fn block_row_times(pattern: &Pattern, blocks: &[Mat3A], x: &[Vec3A], i: usize) -> Vec3A {
     let row = pattern.row(i);
-    let mut sum = Vec3A::ZERO;
+    let mut sums = [Vec3A::ZERO; 3];
     for (j, block) in pattern.column[row.clone()].iter().zip(&blocks[row]) {
         let x = x[*j as usize];
-        sum += block.x_axis * x.x + block.y_axis * x.y + block.z_axis * x.z;
+        sums[0] += block.x_axis * x.x;
+        sums[1] += block.y_axis * x.y;
+        sums[2] += block.z_axis * x.z;
     }
-    sum
+    (sums[0] + sums[1]) + sums[2]
 }

@@ -4,7 +4,7 @@
 //! and a cycle an iteration. Sums are added up in fixed parts: the same bits on any number of threads.
 
 use super::StepMatrix;
-use super::blocks::{by_rows, sum_by_rows};
+use super::blocks::{by_row_pairs, by_rows, sum_by_rows};
 use super::multigrid::Multigrid;
 use glam::{DVec3, Vec3A};
 
@@ -55,9 +55,13 @@ impl ConjugateGradients {
             if scale == 0.0 || !scale.is_finite() {
                 return Some(iteration);
             }
-            single.iter_mut().zip(r.iter()).for_each(|(s, r)| *s = (*r / scale).as_vec3a());
+            by_rows(single, parallel, |first, single| {
+                single.iter_mut().zip(&r[first..]).for_each(|(s, r)| *s = (*r / scale).as_vec3a());
+            });
             let correction = multigrid.cycle(single, parallel);
-            preconditioned.iter_mut().zip(correction).for_each(|(z, c)| *z = c.as_dvec3() * scale);
+            by_rows(preconditioned, parallel, |first, preconditioned| {
+                preconditioned.iter_mut().zip(&correction[first..]).for_each(|(z, c)| *z = c.as_dvec3() * scale);
+            });
             let error = sum_by_rows(rows, parallel, sums, |part| part.map(|i| r[i].dot(preconditioned[i])).sum());
             if iteration == 0 {
                 start = error;
@@ -78,10 +82,10 @@ impl ConjugateGradients {
             matrix.multiply(direction, image, parallel);
             let curvature = sum_by_rows(rows, parallel, sums, |part| part.map(|i| direction[i].dot(image[i])).sum());
             let length = error / curvature;
-            for i in 0..rows {
-                x[i] += direction[i] * length;
-                r[i] -= image[i] * length;
-            }
+            by_row_pairs(x, r, parallel, |i, x, r| {
+                *x += direction[i] * length;
+                *r -= image[i] * length;
+            });
         }
         Some(tolerance.iterations)
     }

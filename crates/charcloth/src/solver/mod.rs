@@ -3,9 +3,10 @@
 pub mod blocks;
 pub mod conjugate_gradients;
 pub mod couplings;
+mod galerkin;
 pub mod multigrid;
 
-use blocks::Pattern;
+use blocks::{Pattern, on_widest_unit};
 use couplings::Couplings;
 use glam::{DMat3, DVec3};
 
@@ -39,20 +40,42 @@ impl StepMatrix {
     /// `y = A x`.
     pub fn multiply(&self, x: &[DVec3], y: &mut [DVec3], parallel: bool) {
         blocks::by_rows(y, parallel, |first, y| {
+            self.multiply_rows(x, first, y);
+            if !self.couplings.is_empty() {
+                for (k, y) in y.iter_mut().enumerate() {
+                    *y += self.couplings.row_times(x, first + k);
+                }
+            }
+        });
+    }
+
+    fn multiply_rows(&self, x: &[DVec3], first: usize, y: &mut [DVec3]) {
+        let matrix = self;
+        on_widest_unit!((matrix: &StepMatrix, x: &[DVec3], first: usize, y: &mut [DVec3]) {
+            let StepMatrix { pattern, blocks, ties, tie, .. } = matrix;
             for (k, y) in y.iter_mut().enumerate() {
-                let row = self.pattern.row(first + k);
-                let mut sum = DVec3::ZERO;
-                for (j, block) in self.pattern.column[row.clone()].iter().zip(&self.blocks[row]) {
-                    sum += *block * x[*j as usize];
+                let row = pattern.row(first + k);
+                let mut sums = [DVec3::ZERO; 3];
+                for (j, block) in pattern.column[row.clone()].iter().zip(&blocks[row]) {
+                    let x = x[*j as usize];
+                    sums[0] += block.x_axis * x.x;
+                    sums[1] += block.y_axis * x.y;
+                    sums[2] += block.z_axis * x.z;
                 }
-                let row = self.ties.row(first + k);
-                for (j, tie) in self.ties.column[row.clone()].iter().zip(&self.tie[row]) {
-                    sum += *tie * x[*j as usize];
+                let row = ties.row(first + k);
+                let (columns, values) = (&ties.column[row.clone()], &tie[row]);
+                let (fours, rest) = columns.as_chunks::<4>();
+                let (four_values, rest_of_values) = values.as_chunks::<4>();
+                let mut tied = [DVec3::ZERO; 4];
+                for (columns, values) in fours.iter().zip(four_values) {
+                    for lane in 0..4 {
+                        tied[lane] += x[columns[lane] as usize] * values[lane];
+                    }
                 }
-                if !self.couplings.is_empty() {
-                    sum += self.couplings.row_times(x, first + k);
+                for (column, value) in rest.iter().zip(rest_of_values) {
+                    tied[0] += x[*column as usize] * *value;
                 }
-                *y = sum;
+                *y = (sums[0] + sums[1]) + (sums[2] + ((tied[0] + tied[1]) + (tied[2] + tied[3])));
             }
         });
     }

@@ -6,7 +6,8 @@
 //! step, for springs go slack and taut. Cost: set-up about three products with the matrix, a cycle about six.
 
 use super::StepMatrix;
-use super::blocks::{Pattern, block_row_times, by_block_rows, by_row_pairs, by_rows, row_times};
+use super::blocks::{Pattern, block_row_times, by_block_rows, by_row_pairs, by_rows, multiply_rows, on_widest_unit};
+use super::galerkin::{Blocks, Row, add_product, product_row, restricted_row};
 use glam::{DVec3, Mat3A, Vec3A};
 
 /// No aggregate: the node is fixed.
@@ -46,7 +47,15 @@ struct Level {
     solution: Vec<Vec3A>,
     residual: Vec<Vec3A>,
     step: Vec<Vec3A>,
+    image: Vec<Vec3A>,
     transfer: Option<Transfer>,
+}
+
+/// What a matrix is multiplied with.
+#[derive(Clone, Copy)]
+enum Of {
+    Step,
+    Solution,
 }
 
 /// From a level to the next.
@@ -111,6 +120,7 @@ impl Multigrid {
                 solution: vec![Vec3A::ZERO; rows],
                 residual: vec![Vec3A::ZERO; rows],
                 step: vec![Vec3A::ZERO; rows],
+                image: vec![Vec3A::ZERO; rows],
                 pattern,
                 ties,
                 ..Level::default()
@@ -135,8 +145,9 @@ impl Multigrid {
     }
 
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
-    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does.
-    pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, parallel: bool) {
+    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. Estimates are made where `fresh`, and
+    /// else kept: the iterations of a step change them little.
+    pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
         let finest = &mut self.levels[0];
         by_rows(&mut finest.blocks, parallel, |first, blocks| {
             for (k, block) in blocks.iter_mut().enumerate() {
@@ -155,7 +166,9 @@ impl Multigrid {
                 }
             });
             let iterations = if l == 0 { POWER_FINEST } else { POWER };
-            level.largest = caution * level.largest_eigenvalue(iterations, parallel);
+            if fresh {
+                level.largest = caution * level.largest_eigenvalue(iterations, parallel);
+            }
             if let (Some(next), Some(_)) = (coarse.first_mut(), &level.transfer) {
                 level.place_aggregates(next);
                 level.smooth_prolongation(parallel);
@@ -182,26 +195,16 @@ impl Multigrid {
         level.smooth(true, parallel);
         level.take_residual(parallel);
         let transfer = level.transfer.as_ref().expect("not the coarsest");
+        let Transfer { blocks, transposed, origin, .. } = transfer;
         by_rows(&mut next.right, parallel, |first, right| {
-            for (k, right) in right.iter_mut().enumerate() {
-                let mut sum = Vec3A::ZERO;
-                for m in transfer.transposed.row(first + k) {
-                    let residual = level.residual[transfer.transposed.column[m] as usize];
-                    let block = &transfer.blocks[transfer.origin[m] as usize];
-                    sum +=
-                        Vec3A::new(block.x_axis.dot(residual), block.y_axis.dot(residual), block.z_axis.dot(residual));
-                }
-                *right = sum;
-            }
+            restrict_rows(transposed, origin, blocks, &level.residual, first, right);
         });
         self.descend(l + 1, parallel);
         let (fine, coarse) = self.levels.split_at_mut(l + 1);
         let (level, next) = (&mut fine[l], &coarse[0]);
         let transfer = level.transfer.as_ref().expect("not the coarsest");
         by_rows(&mut level.solution, parallel, |first, solution| {
-            for (k, solution) in solution.iter_mut().enumerate() {
-                *solution += block_row_times(&transfer.pattern, &transfer.blocks, &next.solution, first + k);
-            }
+            prolongate_rows(&transfer.pattern, &transfer.blocks, &next.solution, first, solution);
         });
         level.smooth(false, parallel);
     }
@@ -284,68 +287,74 @@ impl Level {
         let (middle, half) = (0.5 * (high + low), 0.5 * (high - low));
         let sigma = middle / half;
         let mut rho = 1.0 / sigma;
-        let Self { pattern, blocks, ties, tie, inverse_diagonal, right, solution, residual, step, .. } = self;
-        let row_times = |x: &[Vec3A], i: usize| row_times(pattern, blocks, ties, tie, x, i);
         // The residual and first step; steps go through a second buffer, so that rows do not see each other's new ones.
         if from_nothing {
-            by_rows(step, parallel, |first, step| {
-                for (k, step) in step.iter_mut().enumerate() {
-                    *step = inverse_diagonal[first + k] * right[first + k] / middle;
-                }
+            let Self { inverse_diagonal, right, solution, residual, step, .. } = self;
+            by_row_pairs(step, solution, parallel, |i, step, solution| {
+                *step = inverse_diagonal[i] * right[i] / middle;
+                *solution = *step;
             });
-            solution.copy_from_slice(step);
             residual.copy_from_slice(right);
         } else {
-            let seen: &[Vec3A] = solution;
+            self.take_residual(parallel);
+            let Self { inverse_diagonal, solution, residual, step, .. } = self;
+            by_row_pairs(step, solution, parallel, |i, step, solution| {
+                *step = inverse_diagonal[i] * residual[i] / middle;
+                *solution += *step;
+            });
+        }
+        for _ in 1..DEGREE {
+            let next = 1.0 / (2.0 * sigma - rho);
+            let (keep, take) = (next * rho, 2.0 * next / half);
+            self.multiply(Of::Step, parallel);
+            let Self { inverse_diagonal, solution, residual, step, image, .. } = self;
             by_row_pairs(residual, step, parallel, |i, residual, step| {
-                *residual = right[i] - row_times(seen, i);
-                *step = inverse_diagonal[i] * *residual / middle;
+                *residual -= image[i];
+                *step = *step * keep + inverse_diagonal[i] * *residual * take;
             });
             by_rows(solution, parallel, |first, solution| {
                 for (k, solution) in solution.iter_mut().enumerate() {
                     *solution += step[first + k];
                 }
             });
-        }
-        for _ in 1..DEGREE {
-            let next = 1.0 / (2.0 * sigma - rho);
-            let (keep, take) = (next * rho, 2.0 * next / half);
-            let seen: &[Vec3A] = step;
-            by_rows(residual, parallel, |first, residual| {
-                for (k, residual) in residual.iter_mut().enumerate() {
-                    *residual -= row_times(seen, first + k);
-                }
-            });
-            by_row_pairs(step, solution, parallel, |i, step, solution| {
-                *step = *step * keep + inverse_diagonal[i] * residual[i] * take;
-                *solution += *step;
-            });
             rho = next;
         }
     }
 
+    /// `image = A step`, or `A solution`.
+    fn multiply(&mut self, of: Of, parallel: bool) {
+        let Self { pattern, blocks, ties, tie, solution, step, image, .. } = self;
+        let x: &[Vec3A] = match of {
+            Of::Step => step,
+            Of::Solution => solution,
+        };
+        by_rows(image, parallel, |first, image| multiply_rows(pattern, blocks, ties, tie, x, first, image));
+    }
+
     /// `residual = right - A solution`.
     fn take_residual(&mut self, parallel: bool) {
-        let Self { pattern, blocks, ties, tie, right, solution, residual, .. } = self;
+        self.multiply(Of::Solution, parallel);
+        let Self { right, residual, image, .. } = self;
         by_rows(residual, parallel, |first, residual| {
             for (k, residual) in residual.iter_mut().enumerate() {
-                *residual = right[first + k] - row_times(pattern, blocks, ties, tie, solution, first + k);
+                *residual = right[first + k] - image[first + k];
             }
         });
     }
 
     /// Largest eigenvalue of D^-1 A by power iteration from a fixed rough vector.
     fn largest_eigenvalue(&mut self, iterations: usize, parallel: bool) -> f32 {
-        let Self { pattern, blocks, ties, tie, inverse_diagonal, residual, step, .. } = self;
         let rough = |k: usize| (k.wrapping_mul(2_654_435_761) >> 7 & 0xff) as f32 / 128.0 - 1.0;
-        for (i, v) in step.iter_mut().enumerate() {
+        for (i, v) in self.step.iter_mut().enumerate() {
             *v = Vec3A::new(rough(3 * i), rough(3 * i + 1), rough(3 * i + 2));
         }
         let mut largest = 1.0f32;
         for _ in 0..iterations {
-            by_rows(residual, parallel, |first, image| {
-                for (k, image) in image.iter_mut().enumerate() {
-                    *image = inverse_diagonal[first + k] * row_times(pattern, blocks, ties, tie, step, first + k);
+            self.multiply(Of::Step, parallel);
+            let Self { inverse_diagonal, residual, step, image, .. } = self;
+            by_rows(residual, parallel, |first, scaled| {
+                for (k, scaled) in scaled.iter_mut().enumerate() {
+                    *scaled = inverse_diagonal[first + k] * image[first + k];
                 }
             });
             let norm = |v: &[Vec3A]| v.iter().map(|v| f64::from(v.length_squared())).sum::<f64>().sqrt();
@@ -441,48 +450,62 @@ impl Level {
             first_coarse,
             ..
         } = transfer.as_mut().expect("not the coarsest");
-        by_block_rows(product, product_blocks, parallel, |i, product| {
-            if product.is_empty() {
-                return;
-            }
-            product.fill(Mat3A::ZERO);
-            let mut at = first_product[i] as usize;
-            for k in pattern.row(i) {
-                let row = to.row(pattern.column[k] as usize);
-                for prolongation in &prolongation[row] {
-                    add_product(&mut product[product_at[at] as usize], &blocks[k], prolongation);
-                    at += 1;
-                }
-            }
-            for k in ties.row(i) {
-                let row = to.row(ties.column[k] as usize);
-                for prolongation in &prolongation[row] {
-                    product[product_at[at] as usize] += *prolongation * tie[k];
-                    at += 1;
-                }
+        let right = Blocks { pattern: to, values: prolongation };
+        by_block_rows(product, product_blocks, parallel, |i, sums| {
+            if !sums.is_empty() {
+                let (row, tied) = (pattern.row(i), ties.row(i));
+                let row = Row { columns: &pattern.column[row.clone()], values: &blocks[row] };
+                let tied = Row { columns: &ties.column[tied.clone()], values: &tie[tied] };
+                product_row(row, tied, right, &product_at[first_product[i] as usize..], sums);
             }
         });
-        by_block_rows(coarse_pattern, coarse, parallel, |i, coarse| {
-            coarse.fill(Mat3A::ZERO);
-            let mut at = first_coarse[i] as usize;
-            for m in transposed.row(i) {
-                let restriction = prolongation[origin[m] as usize].transpose();
-                let row = product.row(transposed.column[m] as usize);
-                for product in &product_blocks[row] {
-                    add_product(&mut coarse[coarse_at[at] as usize], &restriction, product);
-                    at += 1;
-                }
-            }
+        let right = Blocks { pattern: product, values: product_blocks };
+        by_block_rows(coarse_pattern, coarse, parallel, |i, sums| {
+            let row = transposed.row(i);
+            let row = Row { columns: &transposed.column[row.clone()], values: &origin[row] };
+            restricted_row(row, prolongation, right, &coarse_at[first_coarse[i] as usize..], sums);
         });
     }
 }
 
-#[inline(always)]
-fn add_product(sum: &mut Mat3A, a: &Mat3A, b: &Mat3A) {
-    let column = |c: Vec3A| a.x_axis * c.x + a.y_axis * c.y + a.z_axis * c.z;
-    sum.x_axis += column(b.x_axis);
-    sum.y_axis += column(b.y_axis);
-    sum.z_axis += column(b.z_axis);
+/// Rows of the restriction of a field.
+fn restrict_rows(
+    transposed: &Pattern,
+    origin: &[u32],
+    blocks: &[Mat3A],
+    field: &[Vec3A],
+    first: usize,
+    restricted: &mut [Vec3A],
+) {
+    on_widest_unit!((
+        transposed: &Pattern,
+        origin: &[u32],
+        blocks: &[Mat3A],
+        field: &[Vec3A],
+        first: usize,
+        restricted: &mut [Vec3A],
+    ) {
+        for (k, restricted) in restricted.iter_mut().enumerate() {
+            let mut sums = [Vec3A::ZERO; 3];
+            let row = transposed.row(first + k);
+            for (j, m) in transposed.column[row.clone()].iter().zip(&origin[row]) {
+                let (value, block) = (field[*j as usize], &blocks[*m as usize]);
+                sums[0] += block.x_axis * value;
+                sums[1] += block.y_axis * value;
+                sums[2] += block.z_axis * value;
+            }
+            *restricted = Vec3A::from_array(sums.map(|sum| sum.element_sum()));
+        }
+    });
+}
+
+/// Adds rows of the prolongation of a coarse field.
+fn prolongate_rows(pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
+    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
+        for (k, value) in field.iter_mut().enumerate() {
+            *value += block_row_times(pattern, blocks, coarse, first + k);
+        }
+    });
 }
 
 /// Groups of nodes around nodes that are far enough apart: the aggregate of each node, and how many there are. Fixed
