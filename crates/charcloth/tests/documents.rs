@@ -136,8 +136,19 @@ fn every_cited_equation_is_there_once() {
     assert!(!labels.is_empty());
 }
 
-const EXPORT_HELPERS: &[&str] =
-    &["glb", "look", "ogawa", "pictures", "quantities", "sequence", "surface", "twin", "twin_obj", "usd_crate"];
+const EXPORT_HELPERS: &[&str] = &[
+    "glb",
+    "listing",
+    "look",
+    "ogawa",
+    "pictures",
+    "quantities",
+    "sequence",
+    "surface",
+    "twin",
+    "twin_obj",
+    "usd_crate",
+];
 
 /// Folders whose `mod.rs` has a table, and the files in them that are no row of it but help the others.
 const TABLES: &[(&str, &[&str])] = &[
