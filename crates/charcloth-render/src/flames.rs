@@ -2,8 +2,8 @@
 //!
 //! Model: each node feeds a tongue by its burn rate; its height is that of a line flame, H = 0.034 m (Q'/1 kW/m)^(2/3)
 //! [Yuan1996], over the length that burns. Light is added without regard to what is in front: flames stand on both
-//! faces of the sheet. Only frames of models that tell fuel gas from glow have flames. Valid when: for pictures. Cost: a
-//! dozen soft dots a burning node.
+//! faces of the sheet. Only frames of models that tell fuel gas from glow have flames. Valid when: for pictures. Cost: three to
+//! thirty soft dots a burning node.
 
 use crate::camera::Camera;
 use crate::noise::noise;
@@ -17,7 +17,9 @@ const BURNING_LENGTH: f64 = 0.02; // tuned: copper to black of a front upward, 1
 const HEIGHT: [f64; 2] = [0.008, 0.12]; // tuned: flames of thin paper are a few centimetres high
 /// Light of a gram a second.
 const BRIGHTNESS: f64 = 12e3; // tuned: by eye, bright over the sheet but not white all over
-const DOTS: usize = 12;
+/// Distance between dots along a tongue [m], and most of them.
+const SPACING: f64 = 0.003;
+const DOTS: f64 = 32.0;
 
 /// Colours from the root of a flame to its tip.
 const ROOT: Vec3 = Vec3::new(0.10, 0.16, 0.42);
@@ -39,16 +41,20 @@ pub fn add(frame: &Frame, camera: &Camera, light: &mut [Vec3A]) {
         let tongue = noise(place * 90.0 + Vec3::new(0.0, -time * 3.0, time * 2.2));
         let height = 0.034 * (flux * HEAT * BURNING_LENGTH).powf(2.0 / 3.0) * (1.0 + 0.55 * f64::from(tongue));
         let height = height.clamp(HEIGHT[0], HEIGHT[1]);
-        let share = (burn.burn_rate[i] * 1e3 * BRIGHTNESS / DOTS as f64) as f32;
-        for k in 0..DOTS {
+        let dots = (height / SPACING).ceil().min(DOTS);
+        // Dots as wide as they are apart, or a tongue is a string of beads.
+        let narrowest = (0.8 * height / dots) as f32;
+        let share = (burn.burn_rate[i] * 1e3 * BRIGHTNESS / dots) as f32;
+        for k in 0..dots as usize {
             // Dots of neighbours are not at one height.
             let jitter = 0.5 + 0.5 * noise(place * 700.0 + Vec3::splat(k as f32));
-            let s = (k as f32 + jitter) / DOTS as f32;
+            let s = (k as f32 + jitter) / dots as f32;
             let rise = f64::from(s) * height;
             let up = place + camera.up.as_vec3() * rise as f32;
             let wave = up * 45.0 - camera.up.as_vec3() * (time * 9.0);
             let sway = Vec3::new(noise(wave), 0.0, noise(wave + Vec3::splat(17.0))) * (0.22 * s * height as f32);
             let width = 0.0035 * (0.45 + (std::f32::consts::PI * s.sqrt()).sin()) * (1.0 - 0.55 * s);
+            let width = width.max(narrowest);
             let colour = if s < 0.18 { ROOT.lerp(MIDDLE, s / 0.18) } else { MIDDLE.lerp(TIP, (s - 0.18) / 0.82) };
             let strength = share * (std::f32::consts::PI * s.powf(0.6)).sin().max(0.0);
             dot(camera, root + camera.up * rise + sway.as_dvec3(), width, (colour * strength).into(), light);
