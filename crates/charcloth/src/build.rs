@@ -12,8 +12,8 @@ use crate::mesh::SurfaceMesh;
 use crate::random::RandomField;
 use crate::scene::{Axis, Fire, Pose, Rest, Scene, Shape};
 use crate::sheet::{
-    Books, BurnEdges, BurnNodes, BurnTriangles, MotionBefore, MotionNodes, NONE, RestShapes, SheetState, SpringKind,
-    Springs, Triangles, bounds,
+    Books, BurnEdges, BurnNodes, BurnTriangles, MotionBefore, MotionNodes, NONE, Pieces, RestShapes, SheetState,
+    SpringKind, Springs, Triangles, bounds,
 };
 use crate::shell::bending;
 use crate::shell::membrane::RestTriangle;
@@ -131,6 +131,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         rest_area: rest_area.clone(),
         alive: vec![1; triangle_count],
         piece: mesh.shell.clone(),
+        parted: vec![0; triangle_count],
     };
     let (mut springs, mut burn_edges) = match lattice {
         Some(lattice) => lattice_springs(scene, &mesh, lattice),
@@ -154,7 +155,10 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
+    let shells = mesh.shell_count();
+    let pieces = Pieces { parent: vec![NONE; shells], ..Pieces::zeros(shells) };
     let mut state = SheetState {
+        pieces,
         motion,
         before,
         burn,
@@ -492,6 +496,7 @@ fn burn_nodes(scene: &Scene, inputs: &Inputs, places: &BurnPlaces) -> Result<Bur
         temperature: vec![ambient; count],
         peak_temperature: vec![ambient; count],
         ignited_at: vec![-1.0; count],
+        particle: vec![NONE; count],
         ..BurnNodes::zeros(count)
     };
     for i in 0..count {

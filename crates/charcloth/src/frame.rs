@@ -2,7 +2,7 @@
 
 use crate::burn_mesh::BurnMap;
 use crate::error::Error;
-use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, SheetState, Triangles};
+use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, Particles, Pieces, SheetState, Triangles};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -19,6 +19,10 @@ pub struct Frame {
     pub burn: BurnNodes,
     /// The surface; triangles with `alive` 0 have been cut from it.
     pub triangles: Triangles,
+    /// Connected pieces, by number.
+    pub pieces: Pieces,
+    /// What has come off and is too small to be sheet.
+    pub particles: Particles,
 }
 
 /// The burn mesh with what moves carried over to its nodes.
@@ -58,6 +62,7 @@ fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles) {
         surface.source_face[t] = triangles.source_face[parent];
         surface.sheet[t] = triangles.sheet[parent];
         surface.piece[t] = triangles.piece[parent];
+        surface.parted[t] = triangles.parted[parent];
     }
     (nodes, surface)
 }
@@ -70,7 +75,8 @@ impl Frame {
         } else {
             (state.motion.clone(), state.triangles.clone())
         };
-        Self { number, time, motion, burn: state.burn.clone(), triangles }
+        let (pieces, particles) = (state.pieces.clone(), state.particles.clone());
+        Self { number, time, motion, burn: state.burn.clone(), triangles, pieces, particles }
     }
 
     /// Area-weighted unit normal of each node, zero where it has no triangle left.

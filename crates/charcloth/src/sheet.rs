@@ -96,6 +96,8 @@ fields! {
         stiffness: f64, "1", Copy;
         /// How far the flame on the node reaches; 0 without one.
         flame: f64, "m", Copy;
+        /// Particle that the node has gone off with; 4294967295 for none.
+        particle: u32, "1", Copy;
     }
 }
 
@@ -211,6 +213,8 @@ fields! {
         alive: u8, "1", Copy;
         /// Connected piece the triangle belongs to; 0 is the largest of the start, flakes count up.
         piece: u32, "1", Copy;
+        /// Sides along which the sheet has cracked: 1, 2 and 4 for those opposite to the first, second and third corner.
+        parted: u8, "1", Copy;
     }
 }
 
@@ -223,6 +227,46 @@ fields! {
         side_2: DVec3, "m", Copy;
         /// Curvature without force: along the machine direction, across it, and twice the twist.
         curvature: DVec3, "1/m", Copy;
+    }
+}
+
+fields! {
+    /// Connected pieces, one row each, the row number being the number of the piece: first the sheets of the start, then
+    /// what comes off. Masses, areas and temperatures are those at the end of a frame.
+    pub struct Pieces {
+        /// Number of the piece that it came off; 4294967295 for a sheet of the start.
+        parent: u32, "1", Copy;
+        /// When it came off.
+        birth: f64, "s", Copy;
+        /// Mass; 0 once there is nothing left of it, or nothing that counts as a piece.
+        mass: f64, "kg", Copy;
+        /// Area at rest.
+        area: f64, "m2", Copy;
+        /// Mean temperature, by mass.
+        temperature: f64, "K", Copy;
+    }
+}
+
+fields! {
+    /// Pieces too small to be sheet: ash and crumbs of char, each moving as one. Their mass, heat and chemistry stay with
+    /// their burn nodes; masses, areas and temperatures here are sums of those at the end of a frame.
+    pub struct Particles {
+        /// Where it is.
+        position: DVec3, "m", Copy;
+        /// How fast it moves.
+        velocity: DVec3, "m/s", Copy;
+        /// Mass.
+        mass: f64, "kg", Copy;
+        /// Area of sheet that it was, at rest.
+        area: f64, "m2", Copy;
+        /// Mean temperature, by mass.
+        temperature: f64, "K", Copy;
+        /// Number of the piece that it came off.
+        parent: u32, "1", Copy;
+        /// When it came off.
+        birth: f64, "s", Copy;
+        /// 1 once it lies on something.
+        lies: u8, "1", Copy;
     }
 }
 
@@ -309,13 +353,17 @@ pub struct SheetState {
     pub before: MotionBefore,
     /// Stress-free shapes of the triangles.
     pub rest: RestShapes,
+    /// Connected pieces.
+    pub pieces: Pieces,
+    /// What has come off and is too small to be sheet.
+    pub particles: Particles,
     /// Sums since the start.
     pub books: Books,
 }
 
 impl SheetState {
     /// Every table with its name.
-    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 11] {
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 13] {
         [
             ("motion", self.motion.columns()),
             ("burn", self.burn.columns()),
@@ -327,6 +375,8 @@ impl SheetState {
             ("triangles", self.triangles.columns()),
             ("before", self.before.columns()),
             ("rest", self.rest.columns()),
+            ("pieces", self.pieces.columns()),
+            ("particles", self.particles.columns()),
             ("books", self.books.columns()),
         ]
     }
@@ -344,6 +394,8 @@ impl SheetState {
         all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
         all.extend(self.before.columns_mut().into_iter().map(|(n, d)| ("before", n, d)));
         all.extend(self.rest.columns_mut().into_iter().map(|(n, d)| ("rest", n, d)));
+        all.extend(self.pieces.columns_mut().into_iter().map(|(n, d)| ("pieces", n, d)));
+        all.extend(self.particles.columns_mut().into_iter().map(|(n, d)| ("particles", n, d)));
         all.extend(self.books.columns_mut().into_iter().map(|(n, d)| ("books", n, d)));
         all
     }

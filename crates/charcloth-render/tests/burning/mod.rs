@@ -79,7 +79,7 @@ pub fn sheet(spacing: f64, reached: f64) -> Frame {
             }
         }
     }
-    Frame { number: 0, time: reached / 0.03, motion, burn, triangles }
+    Frame { number: 0, time: reached / 0.03, motion, burn, triangles, ..Frame::default() }
 }
 
 /// Lowest and highest corner of the sheet before it burns [m].
