@@ -351,6 +351,8 @@ impl Simulation {
             return Err(Error::Resume("the saved state has other triangles or springs than the scene".to_owned()));
         }
         simulation.built.state = state;
+        // What has been laid out for the state as built is stale.
+        simulation.topology += 1;
         simulation.resumed = true;
         Ok(simulation)
     }
