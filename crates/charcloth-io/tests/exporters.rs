@@ -285,3 +285,22 @@ fn runs_with_nothing_left_and_runs_of_chains_are_exported_or_refused_in_words() 
         }
     }
 }
+
+#[test]
+fn ply_has_particles_as_points_in_a_file_beside_the_surface() {
+    let folder = Folder::new("particles");
+    let mut frame = Frame::of(&sheet(3), 2, 0.1);
+    frame.particles = charcloth::sheet::Particles::zeros(2);
+    frame.particles.mass[1] = 3e-6;
+    frame.particles.position[1].y = -0.25;
+    write_frame(&frame, &folder.0.join("a.ply")).unwrap();
+    let file = std::fs::File::open(folder.0.join("a.particles.ply")).unwrap();
+    let ply = Parser::<DefaultElement>::new().read_ply(&mut std::io::BufReader::new(file)).unwrap();
+    let points = &ply.payload["vertex"];
+    assert_eq!(points.len(), 2);
+    let (y, mass, id) = (&points[1]["y"], &points[1]["mass"], &points[1]["id"]);
+    assert_eq!((y, mass, id), (&Property::Float(-0.25), &Property::Float(3e-6), &Property::UInt(1)));
+    for name in ["x", "z", "vx", "vy", "vz", "area", "temperature", "parent", "birth", "lies"] {
+        assert!(points[0].contains_key(name), "{name}");
+    }
+}

@@ -28,6 +28,7 @@ pub mod noise;
 pub mod picture;
 pub mod post;
 pub mod raster;
+mod specks;
 pub mod surface;
 mod video_signal;
 

@@ -20,7 +20,7 @@ use crate::mesh::SurfaceMesh;
 use crate::motion::Guide;
 use crate::random::RandomField;
 use crate::scene::{Axis, Model, Pose, Scene, Shape};
-use crate::sheet::{Books, BurnTriangles, MotionBefore, MotionNodes, NONE, SheetState, Triangles, bounds};
+use crate::sheet::{Books, BurnTriangles, MotionBefore, MotionNodes, NONE, Pieces, SheetState, Triangles, bounds};
 use crate::simulation::Inputs;
 use burn_nodes::{BurnPlaces, burn_nodes, check_burn_level, fine_edges};
 use glam::{DMat3, DVec2, DVec3, Vec2};
@@ -142,6 +142,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         rest_area: rest_area.clone(),
         alive: vec![1; triangle_count],
         piece: mesh.shell.clone(),
+        parted: vec![0; triangle_count],
     };
     let (mut springs, mut burn_edges) = match lattice {
         Some(lattice) => lattice_springs(scene, &mesh, lattice),
@@ -165,7 +166,10 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
+    let shells = mesh.shell_count();
+    let pieces = Pieces { parent: vec![NONE; shells], ..Pieces::zeros(shells) };
     let mut state = SheetState {
+        pieces,
         motion,
         before,
         burn,

@@ -2,7 +2,7 @@
 
 use crate::burn_mesh::BurnMap;
 use crate::error::Error;
-use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, NONE, Origins, SheetState, Triangles};
+use crate::sheet::{BurnNodes, BurnTriangles, MotionNodes, NONE, Origins, Particles, Pieces, SheetState, Triangles};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
@@ -21,6 +21,10 @@ pub struct Frame {
     pub triangles: Triangles,
     /// Where on the input mesh each node comes from, by the same node id.
     pub origins: Origins,
+    /// Connected pieces, by number.
+    pub pieces: Pieces,
+    /// What has come off and is too small to be sheet.
+    pub particles: Particles,
 }
 
 impl Origins {
@@ -96,6 +100,7 @@ fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles, Origins) {
         surface.source_face[t] = triangles.source_face[parent];
         surface.sheet[t] = triangles.sheet[parent];
         surface.piece[t] = triangles.piece[parent];
+        surface.parted[t] = triangles.parted[parent];
     }
     (nodes, surface, Origins::on_triangles(&map, motion, triangles))
 }
@@ -109,7 +114,8 @@ impl Frame {
             let origins = Origins::of_corners(&state.motion, &state.triangles);
             (state.motion.clone(), state.triangles.clone(), origins)
         };
-        Self { number, time, motion, burn: state.burn.clone(), triangles, origins }
+        let (pieces, particles) = (state.pieces.clone(), state.particles.clone());
+        Self { number, time, motion, burn: state.burn.clone(), triangles, origins, pieces, particles }
     }
 
     /// Area-weighted unit normal of each node, zero where it has no triangle left.

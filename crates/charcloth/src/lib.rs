@@ -36,11 +36,13 @@ pub mod sheet;
 
 pub mod chemistry;
 pub mod contact;
+pub mod crack;
 pub mod effects;
 pub mod gases;
 pub mod homogenise;
 pub mod integrators;
 pub mod kernels;
+pub mod particles;
 pub mod physical;
 pub mod shell;
 pub mod simulation;

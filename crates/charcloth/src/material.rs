@@ -307,8 +307,12 @@ pub struct Mechanics {
     pub wetting_cross: Sourced<Ratio>,
     /// Linear shrinkage in the plane when all fibre has become char.
     pub char_shrinkage: Sourced<Ratio>,
-    /// Modulus and strength of char over those of the sheet.
+    /// Modulus of char over that of the sheet.
     pub char_stiffness: Sourced<Ratio>,
+    /// Strength of char over that of the sheet.
+    pub char_strength: Sourced<Ratio>,
+    /// Length over which tension is averaged where it is asked whether the sheet cracks [m].
+    pub crack_length: Sourced<Length>,
 }
 
 /// A part that may be left out: then there is none.
@@ -440,6 +444,7 @@ impl Material {
             ("mechanics.strength_cross", strength_cross.value.0),
             ("mechanics.bending_machine", bending_machine.value.0),
             ("mechanics.bending_cross", bending_cross.value.0),
+            ("mechanics.crack_length", self.mechanics.crack_length.value.0),
         ] {
             if value <= 0.0 {
                 return Err(Error::scene(key, format!("{value} is not over 0"), "give a value over 0"));
@@ -456,6 +461,7 @@ impl Material {
             ("mechanics.poisson", poisson.value.0),
             ("mechanics.char_shrinkage", self.mechanics.char_shrinkage.value.0),
             ("mechanics.char_stiffness", self.mechanics.char_stiffness.value.0),
+            ("mechanics.char_strength", self.mechanics.char_strength.value.0),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(Error::scene(

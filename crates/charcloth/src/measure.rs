@@ -410,6 +410,8 @@ pub fn history(built: &Built, burning: &Burning, lit_first: &[u32]) -> Vec<Sampl
         sample("front_position", "m", if lit_first.is_empty() { 0.0 } else { front }),
         sample("temperature_max", "K", hottest),
         sample("pieces", "1", tear::pieces(state) as f64),
+        sample("particles", "1", state.particles.len() as f64),
+        sample("mass_of_particles", "kg", state.particles.mass.iter().sum()),
         sample("springs_broken", "1", state.springs.broken.iter().filter(|b| **b != 0).count() as f64),
         sample("strain_max", "1", books.strain_max[0]),
         sample("out_of_plane", "1", out_of_plane(built)),

@@ -24,7 +24,8 @@ mod sheet;
 pub use contact::{Contact, Obstacle, ObstacleShape};
 pub use fire::{ConductionDistance, Fire, HeatCapacityLaw, Heater, Raw, ThermalForce1};
 pub use mechanics::{
-    Curl, CurlLaw, LimitWeights, Mechanics, Shell, ThermalForce, ThermalForceLaw, Threshold, Wind, WindKey,
+    Crack, Curl, CurlLaw, DragLaw, LimitWeights, Mechanics, Shell, ThermalForce, ThermalForceLaw, Threshold, Wind,
+    WindKey,
 };
 pub use motion::{Follow, Motion, PullKey};
 pub use output::{Camera, Expect, Output, Probe, Style};
@@ -61,6 +62,8 @@ pub struct Scene {
     pub mechanics: Mechanics,
     /// Elasticity of the material, for integrators that take the sheet as a shell.
     pub shell: Shell,
+    /// Cracks of the physical model, and what becomes of the pieces.
+    pub crack: Crack,
     /// How heat pulls the sheet together.
     pub thermal_force: ThermalForce,
     /// How heat curls the sheet.
@@ -107,6 +110,7 @@ impl Default for Scene {
             fire: Fire::default(),
             mechanics: Mechanics::default(),
             shell: Shell::default(),
+            crack: Crack::default(),
             thermal_force: ThermalForce::default(),
             curl: Curl::default(),
             gravity: Acceleration(9.81),

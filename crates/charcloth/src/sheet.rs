@@ -102,6 +102,8 @@ fields! {
         speed: f64, "1", Copy;
         /// 1 where it must not burn.
         noburn: u8, "1", Copy;
+        /// Particle that the node has gone off with; 4294967295 for none.
+        particle: u32, "1", Copy;
     }
 }
 
@@ -235,6 +237,8 @@ fields! {
         alive: u8, "1", Copy;
         /// Connected piece the triangle belongs to; 0 is the largest of the start, flakes count up.
         piece: u32, "1", Copy;
+        /// Sides along which the sheet has cracked: 1, 2 and 4 for those opposite to the first, second and third corner.
+        parted: u8, "1", Copy;
     }
 }
 
@@ -264,6 +268,46 @@ fields! {
         thickness: f64, "1", Copy;
         /// Strength over that of the sheet.
         strength: f64, "1", Copy;
+    }
+}
+
+fields! {
+    /// Connected pieces, one row each, the row number being the number of the piece: first the sheets of the start, then
+    /// what comes off. Masses, areas and temperatures are those at the end of a frame.
+    pub struct Pieces {
+        /// Number of the piece that it came off; 4294967295 for a sheet of the start.
+        parent: u32, "1", Copy;
+        /// When it came off.
+        birth: f64, "s", Copy;
+        /// Mass; 0 once there is nothing left of it, or nothing that counts as a piece.
+        mass: f64, "kg", Copy;
+        /// Area at rest.
+        area: f64, "m2", Copy;
+        /// Mean temperature, by mass.
+        temperature: f64, "K", Copy;
+    }
+}
+
+fields! {
+    /// Pieces too small to be sheet: ash and crumbs of char, each moving as one. Their mass, heat and chemistry stay with
+    /// their burn nodes; masses, areas and temperatures here are sums of those at the end of a frame.
+    pub struct Particles {
+        /// Where it is.
+        position: DVec3, "m", Copy;
+        /// How fast it moves.
+        velocity: DVec3, "m/s", Copy;
+        /// Mass.
+        mass: f64, "kg", Copy;
+        /// Area of sheet that it was, at rest.
+        area: f64, "m2", Copy;
+        /// Mean temperature, by mass.
+        temperature: f64, "K", Copy;
+        /// Number of the piece that it came off.
+        parent: u32, "1", Copy;
+        /// When it came off.
+        birth: f64, "s", Copy;
+        /// 1 once it lies on something.
+        lies: u8, "1", Copy;
     }
 }
 
@@ -354,13 +398,17 @@ pub struct SheetState {
     pub before: MotionBefore,
     /// Stress-free shapes of the triangles.
     pub rest: RestShapes,
+    /// Connected pieces.
+    pub pieces: Pieces,
+    /// What has come off and is too small to be sheet.
+    pub particles: Particles,
     /// Sums since the start.
     pub books: Books,
 }
 
 impl SheetState {
     /// Every table with its name.
-    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 12] {
+    pub fn tables(&self) -> [(&'static str, Vec<Column<'_>>); 14] {
         [
             ("motion", self.motion.columns()),
             ("burn", self.burn.columns()),
@@ -373,6 +421,8 @@ impl SheetState {
             ("triangles", self.triangles.columns()),
             ("before", self.before.columns()),
             ("rest", self.rest.columns()),
+            ("pieces", self.pieces.columns()),
+            ("particles", self.particles.columns()),
             ("books", self.books.columns()),
         ]
     }
@@ -391,6 +441,8 @@ impl SheetState {
         all.extend(self.triangles.columns_mut().into_iter().map(|(n, d)| ("triangles", n, d)));
         all.extend(self.before.columns_mut().into_iter().map(|(n, d)| ("before", n, d)));
         all.extend(self.rest.columns_mut().into_iter().map(|(n, d)| ("rest", n, d)));
+        all.extend(self.pieces.columns_mut().into_iter().map(|(n, d)| ("pieces", n, d)));
+        all.extend(self.particles.columns_mut().into_iter().map(|(n, d)| ("particles", n, d)));
         all.extend(self.books.columns_mut().into_iter().map(|(n, d)| ("books", n, d)));
         all
     }

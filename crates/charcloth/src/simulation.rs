@@ -4,6 +4,7 @@ use crate::build::{self, Built};
 use crate::burn_mesh::BurnMap;
 use crate::contact::scenery::Scenery;
 use crate::counters::{Stages, peak_memory_bytes};
+use crate::crack::Cracks;
 use crate::effects::conduction::conductances;
 use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
 use crate::error::Error;
@@ -18,6 +19,7 @@ use crate::material::Material;
 use crate::measure::{self, Probes};
 use crate::mesh::SurfaceMesh;
 use crate::motion::{Guide, MeshSequence};
+use crate::particles::Shed;
 use crate::physical::Physical;
 use crate::registry;
 use crate::scene::{Model, Scene};
@@ -214,6 +216,10 @@ pub struct Simulation {
     burning: Burning,
     /// The physical model, where the scene asks for it; it takes the place of `burning`.
     physical: Option<Physical>,
+    /// Cracks, where the sheet can have any.
+    cracks: Option<Cracks>,
+    /// What comes off, in the physical model.
+    shed: Option<Shed>,
     flames: Vec<Flame>,
     measures: Probes,
     scratch: Scratch,
@@ -261,6 +267,12 @@ impl Simulation {
             Model::Moidu2004 => None,
             Model::Physical => Some(physical(scene, inputs, &mut built, &flames)?),
         };
+        let cracks = match &inputs.material {
+            Some(material) if physical.is_some() && scene.crack.enabled && scene.mechanics.moves => {
+                Some(Cracks::of(scene, material, &built.state.burn))
+            }
+            _ => None,
+        };
         let state = &mut built.state;
         let heat =
             physical.as_ref().map_or_else(|| burning.heat_content(&state.burn), |model| model.heat_content(state));
@@ -283,6 +295,11 @@ impl Simulation {
                 format!("use the integrator {}, or take them out", MEETS.join(" or ")),
             ));
         }
+        let sheds = physical.is_some() && scene.mechanics.moves && !built.state.triangles.is_empty();
+        let mut shed = sheds.then(|| Shed::of(scene, built.up, &scenery));
+        if let Some(shed) = &mut shed {
+            shed.measure(&mut built.state);
+        }
         let mut mover = (integrator.item)(scene);
         mover.meet(scenery);
         if meets && mover.crossings(&built.state, 0).is_some_and(|pairs| pairs > 0) {
@@ -302,6 +319,8 @@ impl Simulation {
             built,
             burning,
             physical,
+            cracks,
+            shed,
             flames,
             scratch: Scratch::default(),
             topology: 0,
@@ -339,6 +358,8 @@ impl Simulation {
             return Err(Error::Resume("the saved state has other triangles or springs than the scene".to_owned()));
         }
         simulation.built.state = state;
+        // What has been laid out for the state as built is stale.
+        simulation.topology += 1;
         simulation.resumed = true;
         Ok(simulation)
     }
@@ -455,9 +476,14 @@ impl Simulation {
             let books = &mut self.built.state.books;
             books.passed_through[0] += self.last.passed_through as u32;
             books.strain_max[0] = books.strain_max[0].max(self.last.strain_max);
+            if let Some(shed) = &self.shed {
+                let SheetState { particles, books, .. } = &mut self.built.state;
+                self.stages.time("particles", || shed.advance(particles, books.time[0], dt));
+            }
             // 5. Where springs have given way, the sheet comes apart.
             let changed = self.stages.time("tear", || tear::split(&mut self.built.state));
-            if changed || self.last.broken > 0 {
+            // The shell knows nothing of what has just come off, and tensions of a step that is not solved are none.
+            if changed || self.last.broken > 0 || (!self.last.stalled && self.crack()) {
                 self.topology += 1;
             }
             self.warn_if_unstable();
@@ -481,6 +507,13 @@ impl Simulation {
             guide.lead(state, time + dt);
             guide.pull(state, &mut scratch.forces, [time, dt], *topology);
         }
+    }
+
+    /// Parts the sheet where it is pulled harder than it bears. Returns whether it has.
+    fn crack(&mut self) -> bool {
+        let Self { built: Built { state, .. }, integrator, cracks, scratch, topology, stages, .. } = self;
+        let (Some(cracks), Some(shell)) = (cracks, integrator.shell()) else { return false };
+        stages.time("crack", || cracks.advance(state, shell, &scratch.factors, *topology))
     }
 
     /// Heat and fuel of the 2004 model, in as many parts as heat needs to bring no new extremes.
@@ -550,7 +583,17 @@ impl Simulation {
         }
         if homogenise::burn_through(state, self.scene.mechanics.residual_stiffness.0) {
             tear::split(state);
+            if !state.has_fine_burn_mesh() {
+                tear::part(state);
+            }
             self.topology += 1;
+        }
+        if let Some(shed) = &mut self.shed {
+            if shed.cut(state) {
+                self.topology += 1;
+            }
+            shed.gather(state);
+            shed.measure(state);
         }
     }
 

@@ -3,12 +3,13 @@
 //! A broken structural spring parts the sheet along its edge: the triangles at the edge are cut from the surface. A
 //! spring that has lost the triangles it hangs on is gone too. Where the triangles around a node no longer hang together,
 //! the node is split, one copy for each fan of triangles, and its mass, fuel and heat are shared by area. A node with no
-//! triangle left is ash: it keeps its mass and fuel in the books but moves no more. Connected pieces keep their number
+//! triangle left is ash: it keeps its mass and fuel in the books but moves no more. A crack parts two triangles along the
+//! side that they share and cuts neither: across such a side triangles do not hang together. Connected pieces keep their number
 //! as long as they hold together; what comes off gets a new one. A finer burn mesh follows: its triangles go with those
 //! that carry them, or burn through by themselves, and its nodes are split in the same way.
 
 use crate::burn_mesh;
-use crate::sheet::{NONE, SheetState, SpringKind};
+use crate::sheet::{BurnTriangles, NONE, Pieces, SheetState, SpringKind, Triangles};
 
 /// Brings the surface up to date with its broken springs. Returns whether anything changed.
 pub fn split(state: &mut SheetState) -> bool {
@@ -37,6 +38,25 @@ pub fn split(state: &mut SheetState) -> bool {
     // The springs of a chain have no triangles to cut.
     changed |= cut_burn_edges(state);
     changed
+}
+
+/// Brings the surface up to date with sides along which it has cracked, and triangles that are gone.
+pub fn part(state: &mut SheetState) {
+    split_nodes(state);
+    drop_springs(state);
+    number_pieces(state);
+    if state.has_fine_burn_mesh() {
+        burn_mesh::cut_edges(&mut state.burn_edges, &state.burn_triangles);
+        split_burn_nodes(state);
+    }
+}
+
+/// Marks the side of a motion triangle that leads from one of its corners to another as parted.
+pub(crate) fn part_side(state: &mut SheetState, t: u32, ends: [u32; 2]) {
+    let corners = state.triangles.corners[t as usize];
+    if let Some(opposite) = corners.iter().position(|i| !ends.contains(i)) {
+        state.triangles.parted[t as usize] |= 1 << opposite;
+    }
 }
 
 /// Cuts the triangles along broken edges.
@@ -136,7 +156,15 @@ fn split_nodes(state: &mut SheetState) {
             }
             continue;
         }
-        let fans = fans(&state.triangles.corners, &state.triangles.rest_area, i as u32, around);
+        let Triangles { corners, rest_area, parted, .. } = &state.triangles;
+        let joined = |t: u32, j: u32| {
+            parted[t as usize] == 0
+                || !is_parted(parted[t as usize], |k| {
+                    let corner = corners[t as usize][k];
+                    corner != i as u32 && corner != j
+                })
+        };
+        let fans = fans(corners, rest_area, i as u32, around, joined);
         if fans.len() == 1 {
             continue;
         }
@@ -175,7 +203,19 @@ fn split_burn_nodes(state: &mut SheetState) {
         if around.is_empty() {
             continue;
         }
-        let fans = fans(&state.burn_triangles.corners, &state.burn_triangles.rest_area, i as u32, around);
+        let BurnTriangles { corners, rest_area, parent, place, .. } = &state.burn_triangles;
+        let joined = |t: u32, j: u32| {
+            let parted = state.triangles.parted[parent[t as usize] as usize];
+            // Both ends lie on the side of the parent that has parted: they have no part of the corner opposite.
+            parted == 0
+                || !is_parted(parted, |k| {
+                    (0..3).filter(|c| [i as u32, j].contains(&corners[t as usize][*c])).all(|c| {
+                        let place = place[t as usize][c];
+                        [1.0 - place.x - place.y, place.x, place.y][k] == 0.0
+                    })
+                })
+        };
+        let fans = fans(corners, rest_area, i as u32, around, joined);
         let mut left: f64 = fans.iter().map(|(_, area)| area).sum();
         for (fan, area) in fans.into_iter().skip(1) {
             let copy = state.burn.len() as u32;
@@ -204,6 +244,13 @@ fn split_burn_nodes(state: &mut SheetState) {
                 *end = copy.expect("the triangle went with one of the copies").1;
             }
         }
+        // An edge along which the sheet has cracked is that of its first triangle alone.
+        let ends = edges.ends[e];
+        for other in &mut edges.triangles[e] {
+            if *other != NONE && *other != t && !ends.iter().all(|i| fine.corners[*other as usize].contains(i)) {
+                *other = NONE;
+            }
+        }
     }
     // The burn node at a motion node is the one that its triangles have there.
     for t in (0..fine.len()).rev().filter(|t| fine.alive[*t] != 0) {
@@ -217,14 +264,27 @@ fn split_burn_nodes(state: &mut SheetState) {
     }
 }
 
+/// Whether a side for which `is_side` holds, by the corner opposite, is among those of these flags.
+fn is_parted(flags: u8, is_side: impl Fn(usize) -> bool) -> bool {
+    (0..3).any(|k| flags & (1 << k) != 0 && is_side(k))
+}
+
 /// The triangles around a node, in groups that hang together by edges at the node, with their areas [m2]: the largest
-/// first; of equals, the one with the first triangle.
-fn fans(corners: &[[u32; 3]], rest_area: &[f64], node: u32, around: &[u32]) -> Vec<(Vec<u32>, f64)> {
+/// first; of equals, the one with the first triangle. `joined` says whether a triangle hangs on across its side from the
+/// node to another one.
+fn fans(
+    corners: &[[u32; 3]],
+    rest_area: &[f64],
+    node: u32,
+    around: &[u32],
+    joined: impl Fn(u32, u32) -> bool,
+) -> Vec<(Vec<u32>, f64)> {
     let mut group: Vec<usize> = (0..around.len()).collect();
     for a in 0..around.len() {
         for b in 0..a {
-            let shared =
-                corners[around[a] as usize].iter().any(|i| *i != node && corners[around[b] as usize].contains(i));
+            let shared = corners[around[a] as usize]
+                .iter()
+                .any(|i| *i != node && corners[around[b] as usize].contains(i) && joined(around[a], *i));
             if shared && group[a] != group[b] {
                 let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
                 group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
@@ -263,17 +323,30 @@ fn send_ends(state: &mut SheetState, touched: &[bool], copies: &[(u32, Vec<u32>,
             if !touched.get(node as usize).copied().unwrap_or(false) {
                 continue;
             }
-            // The end's own triangle first; along an edge either will do.
-            let [own, other] =
-                if end == 0 { springs.carriers[s] } else { [springs.carriers[s][1], springs.carriers[s][0]] };
-            let copy = [own, other].into_iter().find_map(|t| {
-                let alive = t != NONE && triangles.alive[t as usize] != 0;
-                alive.then(|| copies.iter().find(|(i, fan, _)| *i == node && fan.contains(&t))).flatten()
-            });
+            // The end's own triangle first; along an edge the same for both, for it may have cracked.
+            let [own, other] = if end == 0 || springs.needs_both[s] == 0 {
+                springs.carriers[s]
+            } else {
+                [springs.carriers[s][1], springs.carriers[s][0]]
+            };
+            let alive = |t: &u32| *t != NONE && triangles.alive[*t as usize] != 0;
+            let holder = [own, other].into_iter().find(alive);
+            let copy = holder.and_then(|t| copies.iter().find(|(i, fan, _)| *i == node && fan.contains(&t)));
             if let Some((_, _, copy)) = copy {
                 springs.ends[s][end] = *copy;
                 if springs.edge[s] != NONE && springs.needs_both[s] == 0 {
                     burn_edges.ends[springs.edge[s] as usize][end] = *copy;
+                }
+            }
+        }
+        // A spring along which the sheet has cracked is that of one triangle alone.
+        let ends = springs.ends[s];
+        let alive = |t: u32| t != NONE && triangles.alive[t as usize] != 0;
+        let holds = |t: u32| alive(t) && ends.iter().all(|i| triangles.corners[t as usize].contains(i));
+        if springs.needs_both[s] == 0 && springs.carriers[s].into_iter().any(holds) {
+            for carrier in &mut springs.carriers[s] {
+                if alive(*carrier) && !holds(*carrier) {
+                    *carrier = NONE;
                 }
             }
         }
@@ -328,6 +401,10 @@ fn number_pieces(state: &mut SheetState) {
         } else {
             let fresh = state.books.next_piece[0];
             state.books.next_piece[0] += 1;
+            let Pieces { parent, birth, mass, area, temperature } = &mut state.pieces;
+            parent.push(*piece);
+            birth.push(state.books.time[0]);
+            [mass, area, temperature].into_iter().for_each(|column| column.push(0.0));
             fresh
         });
     }

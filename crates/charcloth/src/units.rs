@@ -282,6 +282,8 @@ quantities! {
     Time = "a time", "s", [0, 0, 1, 0], "2 s";
     /// A temperature [K]; strings may say degC.
     Temperature = "a temperature", "K", [0, 0, 0, 1], "20 degC";
+    /// An area [m2].
+    Area = "an area", "m2", [2, 0, 0, 0], "1 mm2";
     /// A mass per area [kg/m2].
     Grammage = "a mass per area", "kg/m2", [-2, 1, 0, 0], "80 g/m2";
     /// A mass [kg].

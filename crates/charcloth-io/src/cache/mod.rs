@@ -54,9 +54,19 @@ fn frame_number(name: &str) -> Option<u32> {
     if digits.len() < 5 || !digits.bytes().all(|b| b.is_ascii_digit()) { None } else { digits.parse().ok() }
 }
 
-/// Name of the array that holds a column of a table: node columns keep their own, triangles are marked.
+/// Name of the array that holds a column of a table: node columns keep their own, the others are marked.
 fn array_name(table: &str, column: &str) -> String {
-    if table == "triangles" { format!("triangle_{column}") } else { column.to_string() }
+    match table {
+        "triangles" => format!("triangle_{column}"),
+        "pieces" => format!("piece_{column}"),
+        "particles" => format!("particle_{column}"),
+        _ => column.to_string(),
+    }
+}
+
+/// Whether a frame may be without this array: older ones are.
+fn may_be_missing(array: &str) -> bool {
+    array.starts_with("piece_") || array.starts_with("particle") || array == "triangle_parted"
 }
 
 /// Every column of a frame: table, array name, column.
@@ -66,6 +76,8 @@ fn frame_columns(frame: &Frame) -> Vec<(&'static str, String, Column<'_>)> {
         ("burn", frame.burn.columns()),
         ("origins", frame.origins.columns()),
         ("triangles", frame.triangles.columns()),
+        ("pieces", frame.pieces.columns()),
+        ("particles", frame.particles.columns()),
     ];
     let mut all = Vec::new();
     for (table, columns) in tables {
@@ -80,6 +92,8 @@ fn frame_columns_mut(frame: &mut Frame) -> Vec<(String, DataMut<'_>)> {
         ("motion", frame.motion.columns_mut()),
         ("burn", frame.burn.columns_mut()),
         ("triangles", frame.triangles.columns_mut()),
+        ("pieces", frame.pieces.columns_mut()),
+        ("particles", frame.particles.columns_mut()),
     ];
     let mut all = Vec::new();
     for (table, columns) in tables {

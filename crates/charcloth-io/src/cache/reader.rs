@@ -1,12 +1,12 @@
 //! Reads the cache of a run, also while the run goes on.
 
 use super::npz::NpzReader;
-use super::{CacheMeta, Checkpoint, checkpoint, frame_columns_mut, frame_name, frame_number};
+use super::{CacheMeta, Checkpoint, checkpoint, frame_columns_mut, frame_name, frame_number, may_be_missing};
 use crate::error::IoError;
 use crate::files::read_whole;
 use charcloth::fields::DataMut;
 use charcloth::frame::Frame;
-use charcloth::sheet::Origins;
+use charcloth::sheet::{NONE, Origins};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -83,8 +83,11 @@ impl CacheReader {
 fn read_frame(bytes: Vec<u8>) -> Result<Frame, String> {
     let mut npz = NpzReader::new(bytes)?;
     let mut frame = Frame { number: npz.number("number")? as u32, time: npz.number("time")?, ..Frame::default() };
+    let names = npz.names();
     for (name, data) in frame_columns_mut(&mut frame) {
-        npz.fill(&name, data)?;
+        if names.contains(&name) || !may_be_missing(&name) {
+            npz.fill(&name, data)?;
+        }
     }
     // Caches of earlier versions know the point of the input that a node comes from, but not the place between points.
     if npz.has("origin_face") {
@@ -94,6 +97,8 @@ fn read_frame(bytes: Vec<u8>) -> Result<Frame, String> {
     } else {
         frame.origins = Origins::of_corners(&frame.motion, &frame.triangles);
     }
+    frame.burn.particle.resize(frame.motion.len(), NONE);
+    frame.triangles.parted.resize(frame.triangles.len(), 0);
     let one_length = |columns: Vec<charcloth::fields::Column<'_>>, rows: usize| {
         columns
             .iter()
@@ -104,6 +109,8 @@ fn read_frame(bytes: Vec<u8>) -> Result<Frame, String> {
     one_length(frame.burn.columns(), frame.motion.len())?;
     one_length(frame.origins.columns(), frame.motion.len())?;
     one_length(frame.triangles.columns(), frame.triangles.len())?;
+    one_length(frame.pieces.columns(), frame.pieces.len())?;
+    one_length(frame.particles.columns(), frame.particles.len())?;
     let nodes = frame.motion.len();
     if let Some(bad) = frame.triangles.corners.iter().flatten().find(|i| **i as usize >= nodes) {
         return Err(format!("a triangle names node {bad}, but there are {nodes} nodes"));

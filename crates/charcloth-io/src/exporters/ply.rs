@@ -2,7 +2,7 @@
 //!
 //! Places are `x y z`, velocities `vx vy vz`, normals `nx ny nz`, texture coordinates `s t`; beside the columns of the
 //! tables stand `id` (the node), `burn` (fraction of the fuel that is gone), `age` (seconds since the node caught fire,
-//! -1 before) and a display colour. A column added to a table is written without a change here.
+//! -1 before) and a display colour. Particles, where there are any, go as points into a file beside it. A column added to a table is written without a change here.
 
 use super::quantities::{ABOUT_ORIGIN_WEIGHTS, ORIGIN_WEIGHTS_BY_CORNER, ORIGINS, QUANTITIES, color};
 use super::surface::Surface;
@@ -68,6 +68,40 @@ pub(super) fn write(frame: &Frame, path: &Path) -> Result<(), IoError> {
             for column in [&triangles.piece, &triangles.source_face, &triangles.sheet] {
                 row.extend(column[t].to_le_bytes());
             }
+            out.write_all(&row)?;
+        }
+        Ok(())
+    })?;
+    if frame.particles.is_empty() { Ok(()) } else { write_particles(frame, &path.with_extension("particles.ply")) }
+}
+
+/// Writes the particles of a frame as points, every column of theirs and their number.
+fn write_particles(frame: &Frame, path: &Path) -> Result<(), IoError> {
+    let mut properties = Vec::new();
+    for column in frame.particles.columns() {
+        add_column(&mut properties, &column, |p| p);
+    }
+    properties.push(Property {
+        kind: "uint",
+        name: "id".to_string(),
+        about: "number of the particle, the same in all frames".to_string(),
+        append: Box::new(|p, row| row.extend((p as u32).to_le_bytes())),
+    });
+    write_whole(path, Durability::Process, |out| {
+        writeln!(out, "ply\nformat binary_little_endian 1.0")?;
+        writeln!(out, "comment frame {}, time {} s: what is too small to be sheet", frame.number, frame.time)?;
+        for property in properties.iter().filter(|p| !p.about.is_empty()) {
+            writeln!(out, "comment {}: {}", property.name, property.about)?;
+        }
+        writeln!(out, "element vertex {}", frame.particles.len())?;
+        for property in &properties {
+            writeln!(out, "property {} {}", property.kind, property.name)?;
+        }
+        writeln!(out, "end_header")?;
+        let mut row = Vec::new();
+        for p in 0..frame.particles.len() {
+            row.clear();
+            properties.iter().for_each(|property| (property.append)(p, &mut row));
             out.write_all(&row)?;
         }
         Ok(())

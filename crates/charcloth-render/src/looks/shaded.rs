@@ -12,6 +12,7 @@ use crate::light::{FireLight, KeyLight};
 use crate::noise::{fractal, noise};
 use crate::post::Post;
 use crate::raster::{Fragment, Raster, Shader};
+use crate::specks;
 use crate::surface::{Node, Surface};
 use charcloth::frame::Frame;
 use glam::{Vec3, Vec3A};
@@ -93,6 +94,7 @@ impl Look for Shaded {
             time: frame.time as f32,
         };
         raster.draw(camera, &surface.position, &surface.triangles, &paper, light);
+        specks::add(frame, camera, light, |temperature| ramp(&EMBER, temperature));
         flames::add(frame, camera, light);
         post.bloom(light, camera.size);
         post.develop(light, image);

@@ -6,7 +6,7 @@ use crate::burn_mesh::{self, Refined};
 use crate::error::Error;
 use crate::random::RandomField;
 use crate::scene::{Fire, Scene};
-use crate::sheet::{BurnEdges, BurnNodes, MotionNodes, Triangles};
+use crate::sheet::{BurnEdges, BurnNodes, MotionNodes, NONE, Triangles};
 use crate::simulation::{GreyImage, Inputs};
 use glam::{DVec3, Vec2};
 
@@ -126,6 +126,7 @@ pub(super) fn burn_nodes(scene: &Scene, inputs: &Inputs, places: &BurnPlaces) ->
         temperature: vec![ambient; count],
         peak_temperature: vec![ambient; count],
         ignited_at: vec![-1.0; count],
+        particle: vec![NONE; count],
         thickness: vec![1.0; count],
         speed: vec![1.0; count],
         ..BurnNodes::zeros(count)

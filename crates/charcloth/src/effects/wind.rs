@@ -1,14 +1,27 @@
 //! Air pushes on the surface.
 //!
-//! Model: F_i = C A_i [n . (u - v)] n, Eq. 6.5b, u the wind with gusts. Source: [Provot1995]. Valid when: as a knob; drag that
-//! is quadratic in the speed is physics of its own. Gusts are a sum of three sines of incommensurate periods, seeded.
-//! Cost: one pass over the nodes.
+//! Model: F_i = C A_i [n . (u - v)] n, Eq. 6.5b, u the wind with gusts, with a C that is a knob [Provot1995]; or with that of a
+//! plate broadside to the air, Eq. 17.7, which grows with the speed [Hoerner1965]. Valid when: air that a fire moves does
+//! not count. Gusts are a sum of three sines of incommensurate periods, seeded. Cost: one pass over the nodes.
 
 use super::{Effect, ForceDerivatives, Forces, Now};
+use crate::particles::density_of_air;
 use crate::random::Random;
-use crate::scene::Scene;
+use crate::scene::{DragLaw, Scene};
 use crate::units::Speed;
 use glam::{DMat3, DVec3};
+
+/// Drag coefficient of a flat plate broadside to the air. [Hoerner1965]: 1.17 for discs and squares
+pub const PLATE_DRAG: f64 = 1.17;
+
+struct Wind {
+    air: Air,
+    /// C [Pa s/m], or what makes it of a speed [kg/m3].
+    coefficient: f64,
+    law: DragLaw,
+    /// Longest step of the scene [s].
+    step: f64,
+}
 
 /// The wind over time.
 #[derive(Debug, Clone)]
@@ -21,19 +34,17 @@ pub struct Air {
     sines: [(f64, f64); 3],
 }
 
-struct Wind {
-    air: Air,
-    /// C [Pa s/m]
-    coefficient: f64,
-}
-
 /// The scene's wind; none with a coefficient of 0.
 pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
     let wind = &scene.wind;
     if wind.coefficient.0 == 0.0 || !scene.mechanics.moves {
         return None;
     }
-    Some(Box::new(Wind { air: Air::of(scene), coefficient: wind.coefficient.0 }))
+    let coefficient = match wind.law {
+        DragLaw::Linear => wind.coefficient.0,
+        DragLaw::Plate => 0.5 * density_of_air(scene) * PLATE_DRAG,
+    };
+    Some(Box::new(Wind { air: Air::of(scene), coefficient, law: wind.law, step: scene.time.step.0 }))
 }
 
 impl Air {
@@ -66,25 +77,45 @@ impl Air {
     }
 }
 
+impl Wind {
+    /// Drag on a node over the speed along its normal [N s/m].
+    fn rate(&self, now: &Now<'_>, i: usize, along: f64) -> f64 {
+        match self.law {
+            DragLaw::Linear => self.coefficient * now.area[i],
+            // Eq. 17.7, no more than takes all of the speed in a step.
+            DragLaw::Plate => {
+                let rate = self.coefficient * along.abs() * now.area[i];
+                rate / (1.0 + rate * self.step / now.state.mass(i).max(f64::MIN_POSITIVE))
+            }
+        }
+    }
+}
+
 impl Effect for Wind {
     fn add_forces(&self, now: &Now<'_>, forces: &mut Forces) {
         let air = self.air.velocity(now.time);
         for i in 0..forces.force.len() {
             let normal = now.normal[i];
-            let relative = air - now.state.motion.velocity[i];
-            forces.force[i] += normal * (self.coefficient * now.area[i] * normal.dot(relative)); // Eq. 6.5b
+            let along = normal.dot(air - now.state.motion.velocity[i]);
+            forces.force[i] += normal * (self.rate(now, i, along) * along); // Eq. 6.5b
         }
     }
 
     fn add_force_derivatives(&self, now: &Now<'_>, derivatives: &mut ForceDerivatives) {
+        let air = self.air.velocity(now.time);
         for (i, by_velocity) in derivatives.by_velocity.iter_mut().enumerate() {
             let normal = now.normal[i];
+            let along = normal.dot(air - now.state.motion.velocity[i]);
             let outer = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
-            *by_velocity -= outer * (self.coefficient * now.area[i]);
+            // Drag by the square of the speed changes twice as fast, but where the step holds it back.
+            *by_velocity -= outer * self.rate(now, i, along);
         }
     }
 
     fn longest_step(&self, now: &Now<'_>) -> f64 {
+        if self.law == DragLaw::Plate {
+            return f64::INFINITY;
+        }
         // Held over a step, drag turns the velocity round when it takes more than all of it; half is safe.
         let mut fastest = 0.0f64;
         for i in 0..now.area.len() {

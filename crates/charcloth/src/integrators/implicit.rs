@@ -155,6 +155,10 @@ impl Integrator for Implicit {
         self.contact = Response::of(&self.scene, scenery);
     }
 
+    fn shell(&self) -> Option<&Shell> {
+        Some(&self.shell)
+    }
+
     fn crossings(&mut self, state: &SheetState, topology: u64) -> Option<usize> {
         self.contact.as_ref()?;
         if self.topology != Some(topology) {

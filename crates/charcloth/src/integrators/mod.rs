@@ -9,6 +9,7 @@ use crate::kernels::VectorUnit;
 use crate::registry::Entry;
 use crate::scene::Scene;
 use crate::sheet::SheetState;
+use crate::shell::Shell;
 
 /// What an integrator reports of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -54,6 +55,11 @@ pub trait Integrator: Send {
 
     /// Takes up what is in the way; only asked of integrators that [`MEETS`] names.
     fn meet(&mut self, _scenery: Scenery) {}
+
+    /// The shell as of the end of the last step, where there is one.
+    fn shell(&self) -> Option<&Shell> {
+        None
+    }
 
     /// Pairs of triangles that cross now, of the sheets and of what is in the way; none where nothing is watched.
     fn crossings(&mut self, _state: &SheetState, _topology: u64) -> Option<usize> {

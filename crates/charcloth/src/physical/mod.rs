@@ -550,8 +550,7 @@ impl Physical {
             // Char that ought to be there, if none had burnt.
             let made = self.char_yield * dry_mass * (1.0 - left);
             burn.ashed[i] = if left < 0.5 { (1.0 - char / made.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) } else { 0.0 };
-            let softened = ((burn.peak_temperature[i] - SOFTENS) / (SOFT - SOFTENS)).clamp(0.0, 1.0);
-            let whole = left.min(1.0 - softened);
+            let whole = Self::whole(burn, i);
             burn.stiffness[i] = whole + (1.0 - whole) * self.char_stiffness * (1.0 - burn.ashed[i]);
             burn.mass[i] = masses(front, i).iter().chain(&masses(back, i)).sum();
             burn.flame[i] = 0.0;
@@ -604,6 +603,12 @@ impl Physical {
     /// Heat that a mass of fuel gas gives [J/kg].
     pub fn heat_of_combustion(&self) -> f64 {
         self.heat_of_combustion
+    }
+
+    /// Part of a node that is still sheet, by its fibre and by the heat that it has seen (w of Eq. 15.4).
+    pub fn whole(burn: &BurnNodes, i: usize) -> f64 {
+        let softened = ((burn.peak_temperature[i] - SOFTENS) / (SOFT - SOFTENS)).clamp(0.0, 1.0);
+        (1.0 - burn.charred[i]).min(1.0 - softened)
     }
 
     /// Whether what is left between some burn nodes still holds together.

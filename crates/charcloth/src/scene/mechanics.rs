@@ -122,6 +122,23 @@ impl Default for Shell {
     }
 }
 
+/// Cracks, in the physical model with the integrator `implicit`; by the strengths of the material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Crack {
+    /// Whether the sheet cracks.
+    pub enabled: bool,
+    /// Pieces smaller than this become particles.
+    pub particle_area: Area,
+}
+
+impl Default for Crack {
+    fn default() -> Self {
+        // tuned: two triangles of a mesh of 5 mm; 0.1 to 50 mm2
+        Self { enabled: true, particle_area: Area(2e-5) }
+    }
+}
+
 choice! {
     /// How heat pulls (first term of S6).
     ThermalForceLaw {
@@ -184,13 +201,26 @@ impl Default for Curl {
     }
 }
 
+choice! {
+    /// How air brakes and pushes the sheet.
+    DragLaw {
+        /// By the speed, with the coefficient C (Eq. 6.5b).
+        #[default]
+        Linear,
+        /// By its square, as a plate broadside to the air (Eq. 17.7); default in the physical model.
+        Plate,
+    }
+}
+
 /// Moving air: F = C [n . (u - v)] n per area (Provot 1995).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wind {
     /// Speed of the air.
     pub velocity: [Speed; 3],
-    /// The coefficient C; also slows a sheet that moves in still air.
+    /// How air brakes and pushes the sheet.
+    pub law: DragLaw,
+    /// The coefficient C of the linear law; also slows a sheet that moves in still air. At 0 there is no air, by either law.
     pub coefficient: DragCoefficient,
     /// How much gusts add or take away, as a part of the speed.
     pub gust: Ratio,
@@ -214,6 +244,7 @@ impl Default for Wind {
     fn default() -> Self {
         Self {
             velocity: [Speed(0.0); 3],
+            law: DragLaw::default(),
             coefficient: DragCoefficient(0.6), // tuned: rho_air |v| / 2 at 1 m/s, 0.1 to 5
             gust: Ratio(0.0),
             gust_time: Time(0.5),

@@ -161,6 +161,12 @@ impl Bending {
         self.curved |= curvature != DVec3::ZERO;
     }
 
+    /// Curvature of a triangle along its normal at these positions, as (xx, yy, 2 xy) [1/m].
+    pub fn curvature(&self, t: usize, position: &[DVec3], normal: DVec3) -> DVec3 {
+        let nodes = self.patch.columns(t).iter().zip(&self.weight[self.patch.row(t)]);
+        nodes.map(|(i, weight)| *weight * position[*i as usize].dot(normal)).sum()
+    }
+
     /// One row of the product of the matrix with a field of the nodes.
     #[inline]
     pub fn row_times(&self, x: &[DVec3], i: usize) -> DVec3 {

@@ -217,6 +217,31 @@ impl Shell {
         Some(along * x * x + across * y * y + 2.0 * shear * x * y)
     }
 
+    /// Live triangles, by their numbers in the sheet.
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
+    /// Tension per width of the live triangle in this place, in material axes: along, across, shear [N/m], as of the last
+    /// response.
+    pub fn tension(&self, k: usize) -> [f64; 3] {
+        self.responses[k].tension
+    }
+
+    /// What a curvature, as (xx, yy, 2 xy) [1/m], adds to the stress on one face and takes off the other, times the
+    /// thickness [m]: a tension per width of the live triangle in this place [N/m].
+    pub fn face_tension(&self, k: usize, curvature: DVec3, thickness: f64) -> [f64; 3] {
+        let MembraneStiffness { q11, q22, q12, q66 } = self.stiffness[k];
+        let DVec3 { x, y, z } = curvature * (0.5 * thickness);
+        [q11 * x + q12 * y, q12 * x + q22 * y, q66 * z]
+    }
+
+    /// Curvature of the live triangle in this place, as (xx, yy, 2 xy) [1/m].
+    pub fn curvature(&self, k: usize, position: &[DVec3]) -> DVec3 {
+        let [a, b, c] = self.corners[k].map(|i| position[i as usize]);
+        self.bending.curvature(k, position, (b - a).cross(c - a).normalize_or_zero())
+    }
+
     /// Product of the bending matrix with a field of the nodes, for damping.
     pub fn bend(&self, x: &[DVec3], y: &mut [DVec3], parallel: bool) {
         by_rows(y, parallel, |first, y| {
