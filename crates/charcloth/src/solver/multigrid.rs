@@ -19,6 +19,8 @@ const DEGREE: usize = 2;
 /// Iterations that estimate the largest eigenvalue of the finest level, and of the others, where they are cheap.
 const POWER_FINEST: usize = 8;
 const POWER: usize = 20;
+/// The same from the vector of the last estimate on.
+const POWER_AGAIN: usize = 3;
 /// Factor over estimates from below. // tuned: 1.05 to 1.3
 pub const CAUTION: f32 = 1.15;
 /// Smallest eigenvalue that smoothing aims at, as a part of the largest.
@@ -48,6 +50,8 @@ struct Level {
     residual: Vec<Vec3A>,
     step: Vec<Vec3A>,
     image: Vec<Vec3A>,
+    /// Close to the eigenvector of the largest eigenvalue.
+    roughest: Vec<Vec3A>,
     transfer: Option<Transfer>,
 }
 
@@ -121,6 +125,7 @@ impl Multigrid {
                 residual: vec![Vec3A::ZERO; rows],
                 step: vec![Vec3A::ZERO; rows],
                 image: vec![Vec3A::ZERO; rows],
+                roughest: vec![Vec3A::ZERO; rows],
                 pattern,
                 ties,
                 ..Level::default()
@@ -145,8 +150,8 @@ impl Multigrid {
     }
 
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
-    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. Estimates are made where `fresh`, and
-    /// else kept: the iterations of a step change them little.
+    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. Estimates are made anew where
+    /// `fresh`, as at the start of a step, and else follow from the last.
     pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
         let finest = &mut self.levels[0];
         by_rows(&mut finest.blocks, parallel, |first, blocks| {
@@ -165,10 +170,12 @@ impl Multigrid {
                     *inverse = blocks[diagonal[first + k] as usize].inverse();
                 }
             });
-            let iterations = if l == 0 { POWER_FINEST } else { POWER };
-            if fresh {
-                level.largest = caution * level.largest_eigenvalue(iterations, parallel);
-            }
+            let iterations = match (fresh, l) {
+                (false, _) => POWER_AGAIN,
+                (true, 0) => POWER_FINEST,
+                (true, _) => POWER,
+            };
+            level.largest = caution * level.largest_eigenvalue(fresh, iterations, parallel);
             if let (Some(next), Some(_)) = (coarse.first_mut(), &level.transfer) {
                 level.place_aggregates(next);
                 level.smooth_prolongation(parallel);
@@ -342,12 +349,15 @@ impl Level {
         });
     }
 
-    /// Largest eigenvalue of D^-1 A by power iteration from a fixed rough vector.
-    fn largest_eigenvalue(&mut self, iterations: usize, parallel: bool) -> f32 {
+    /// Largest eigenvalue of D^-1 A by power iteration, from a fixed rough vector where `fresh`, else from the last one.
+    fn largest_eigenvalue(&mut self, fresh: bool, iterations: usize, parallel: bool) -> f32 {
         let rough = |k: usize| (k.wrapping_mul(2_654_435_761) >> 7 & 0xff) as f32 / 128.0 - 1.0;
-        for (i, v) in self.step.iter_mut().enumerate() {
-            *v = Vec3A::new(rough(3 * i), rough(3 * i + 1), rough(3 * i + 2));
+        if fresh {
+            for (i, v) in self.roughest.iter_mut().enumerate() {
+                *v = Vec3A::new(rough(3 * i), rough(3 * i + 1), rough(3 * i + 2));
+            }
         }
+        self.step.copy_from_slice(&self.roughest);
         let mut largest = 1.0f32;
         for _ in 0..iterations {
             self.multiply(Of::Step, parallel);
@@ -366,6 +376,7 @@ impl Level {
             let scale = (1.0 / after) as f32;
             step.iter_mut().zip(residual.iter()).for_each(|(v, image)| *v = *image * scale);
         }
+        self.roughest.copy_from_slice(&self.step);
         largest
     }
 
