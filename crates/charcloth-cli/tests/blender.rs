@@ -8,6 +8,8 @@ mod common;
 #[path = "../../charcloth-io/tests/common/environment.rs"]
 mod environment;
 
+use charcloth::scene::LengthUnit;
+use charcloth_io::importers::read_mesh;
 use common::{Folder, run};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -88,4 +90,24 @@ fn blender_imports_usd_and_alembic() {
         assert_eq!(code, 0, "{out}{error}");
     }
     check(&in_blender(python, &folder.0, "files.py", &[&folder.0.join("run"), Path::new(LAST)]), "SOUND");
+}
+
+#[test]
+fn usd_that_blender_exports_is_read() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-usd");
+    check(&in_blender(python, &folder.0, "usd_written.py", &[&folder.0]), "SOUND");
+    // The same mesh as OBJ, in metres, y up.
+    let expected = read_mesh(&folder.0.join("expected.obj"), LengthUnit::M).unwrap();
+    for name in ["z_up.usdc", "y_up.usda", "package.usdz"] {
+        let mesh = read_mesh(&folder.0.join(name), LengthUnit::M).unwrap();
+        assert_eq!(mesh.triangles, expected.triangles, "{name}");
+        assert_eq!(mesh.corner_uv, expected.corner_uv, "{name}");
+        for (i, (place, there)) in mesh.positions.iter().zip(&expected.positions).enumerate() {
+            // Single precision in the files, and angles in degrees.
+            assert!(place.distance(*there) < 1e-6, "{name}: {place}, {there}");
+            let painted = ["pin", "color.r", "color.g"].map(|attribute| mesh.painted[attribute][i]);
+            assert_eq!(painted, [i as f32 / 64.0, i as f32 / 128.0, 0.5], "{name}");
+        }
+    }
 }

@@ -2,14 +2,18 @@
 
 mod common;
 
+use charcloth::frame::Frame;
 use charcloth::mesh::SurfaceMesh;
 use charcloth::scene::LengthUnit;
 use charcloth::sheet::bounds;
 use charcloth_io::IoError;
+use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
+use charcloth_io::exporters::{ExportOptions, export};
 use charcloth_io::importers::{IMPORTERS, inspect, likely_unit, read_mesh};
-use common::{Folder, mesh_file};
+use common::{Folder, mesh_file, sheet};
 use glam::{DVec3, Vec2};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 fn read(path: &Path) -> Result<SurfaceMesh, IoError> {
@@ -487,6 +491,121 @@ fn full_size_meshes_come_in_where_there_are_any() {
     }
 }
 
+/// A quad and a triangle in centimetres, z-up, moved by two prims, with a texture, a painted attribute and whatever
+/// else such files have.
+const USDA: &str = r#"#usda 1.0
+(
+    "a comment" doc = """of
+    two lines"""
+    customLayerData = { string made = "by hand"; dictionary more = { int n = 3 } }
+    metersPerUnit = 0.01
+    upAxis = "Z"
+)
+def Xform "world" (
+    kind = "component"
+    variants = { string look = "plain" }
+)
+{
+    double3 xformOp:translate = (10, 0, 0) # moved
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Mesh "sheet" (prepend apiSchemas = ["MaterialBindingAPI"])
+    {
+        uniform bool doubleSided = 1
+        int[] faceVertexCounts = [4, 3]
+        int[] faceVertexIndices = [0, 1, 2, 3, 1, 4, 2]
+        point3f[] points.timeSamples = {
+            2: [(9, 9, 9)],
+            1: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0.5)],
+        }
+        float[] primvars:pin = [0, 1, 0, 0, 0.25] (interpolation = "vertex")
+        texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1)] ( interpolation = "faceVarying" )
+        int[] primvars:st:indices = [0, 1, 2, 2, 1, 0, 2]
+        rel material:binding = </world/paper>
+        quatf xformOp:orient = (0.7071067811865476, 0, 0, 0.7071067811865476)
+        float3 xformOp:scale = (2, 1, 1)
+        uniform token[] xformOpOrder = ["xformOp:orient", "xformOp:scale"]
+        def GeomSubset "left" { int[] indices = [0] }
+    }
+    def Material "paper" { token outputs:surface.connect = </world/paper/s.outputs:surface> }
+    variantSet "look" = { "plain" { def Sphere "ball" { double radius = 3 } } }
+}
+"#;
+
+#[test]
+fn usda_is_read_where_its_prims_put_it() {
+    let folder = Folder::new("usda");
+    let mesh = read(&folder.file("a.usda", USDA)).unwrap();
+    // Twice as wide, turned by a right angle about z, moved along x; then y is up, and centimetres are metres.
+    let expected = [(10.0, 0.0, 0.0), (10.0, 2.0, 0.0), (9.0, 2.0, 0.0), (9.0, 0.0, 0.0), (10.0, 4.0, 0.5)];
+    for (place, (x, y, z)) in mesh.positions.iter().zip(expected) {
+        assert!(place.distance(0.01 * DVec3::new(x, z, -y)) < 1e-12, "{place}");
+    }
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [1, 4, 2]]);
+    assert_eq!(mesh.source_face, [0, 0, 1]);
+    assert_eq!(mesh.corner_uv[2], [Vec2::new(1.0, 0.0), Vec2::ZERO, Vec2::ONE]);
+    assert_eq!(mesh.painted["pin"], [0.0, 1.0, 0.0, 0.0, 0.25]);
+    let remarks = mesh.remarks.join("; ");
+    assert!(remarks.contains("z-up") && remarks.contains("first time sample"), "{remarks}");
+
+    let other = USDA.replace("def Sphere", "def Mesh").replace("GeomSubset", "Mesh");
+    for (text, words) in [
+        (other, &["2 meshes", "/world/sheet, /world/sheet/left", "join"][..]),
+        (USDA.replace("def Mesh", "over Mesh"), &["no mesh that is shown"]),
+        (USDA.replace("def Mesh", "def \"x\" (references = @b.usd@</a>) {} over Mesh"), &["references", "flatten"]),
+        (USDA.replace("4, 3]", "4, 4]"), &["/world/sheet", "count 8 corners, but there are 7"]),
+        (USDA.replace("1, 4, 2]", "1, 9, 2]"), &["names point 9"]),
+        (USDA.replace("xformOp:scale", "xformOp:shear"), &["xformOp:shear at /world/sheet is not understood"]),
+        (USDA.replace("[4, 3]", "[4, x]"), &["a.usda:19:", "\"x\" is not a value"]),
+        ("hello".to_string(), &["not a USD file"]),
+    ] {
+        let message = read(&folder.file("a.usda", text)).unwrap_err().to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    }
+}
+
+#[test]
+fn usd_that_was_exported_comes_back_and_damage_never_panics() {
+    let folder = Folder::new("usd-back");
+    let state = sheet(9);
+    let info = RunInfo { fps: 24.0, ..RunInfo::default() };
+    let mut writer = CacheWriter::create(&folder.0, &info).unwrap();
+    let frame = Frame::of(&state, 0, 0.0);
+    writer.write(&frame, &[], &state).unwrap();
+    let cache = CacheReader::open(&folder.0).unwrap();
+    let mut files = vec![folder.file("a.usda", USDA)];
+    for format in ["usd", "usdz"] {
+        let options = ExportOptions::default();
+        let written = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+        let mesh = read(&written.files[0]).unwrap();
+        assert_eq!(mesh.triangles, frame.triangles.corners[..127], "{format}");
+        assert_eq!(mesh.corner_uv, frame.triangles.uv[..127], "{format}");
+        for (place, of_frame) in mesh.positions.iter().zip(&frame.motion.position) {
+            assert!(place.distance(*of_frame) < 1e-7, "{format}");
+        }
+        assert!((mesh.painted["temperature"][5] - state.burn.temperature[5] as f32).abs() < 1e-3, "{format}");
+        assert!(mesh.remarks.is_empty(), "{:?}", mesh.remarks);
+        files.extend(written.files);
+    }
+    // Cut short at every length and with single bits turned over: an error or a mesh, and no panic.
+    for file in files {
+        let bytes = std::fs::read(&file).unwrap();
+        let name = format!("bad.{}", file.extension().unwrap().to_string_lossy());
+        let mut refused = 0;
+        let step = (bytes.len() / 200).max(1);
+        for length in (0..bytes.len()).step_by(step) {
+            refused += usize::from(read(&folder.file(&name, &bytes[..length])).is_err());
+        }
+        assert!(refused > 190, "{name}: {refused}");
+        // The head and the tables at the end, where what is wrong leads furthest, and some in between.
+        let tail = bytes.len().saturating_sub(2500)..bytes.len();
+        for at in (0..bytes.len().min(100)).chain(tail).chain((0..bytes.len()).step_by(step)) {
+            let mut bad = bytes.clone();
+            bad[at] ^= 1 << (at % 8);
+            let _ = read(&folder.file(&name, &bad));
+        }
+    }
+}
+
 #[test]
 fn every_importer_has_a_file_and_every_file_an_importer() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/importers");
@@ -494,7 +613,18 @@ fn every_importer_has_a_file_and_every_file_an_importer() {
         assert!(folder.join(format!("{}.rs", row.name)).is_file(), "{}", row.name);
         assert!(!row.about.is_empty() && !row.item.extensions.is_empty(), "{}", row.name);
     }
-    let shared = ["mod", "clean", "gltf_document", "orientation", "polygons", "raw", "report"];
+    let shared = [
+        "mod",
+        "clean",
+        "gltf_document",
+        "orientation",
+        "polygons",
+        "raw",
+        "report",
+        "usd_crate",
+        "usd_layer",
+        "usd_text",
+    ];
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_string_lossy().to_string();

@@ -2,12 +2,13 @@
 
 mod common;
 
-use charcloth::scene::Axis;
+use charcloth::scene::{Axis, LengthUnit};
 use charcloth::simulation::{Inputs, Simulation};
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
 use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
+use charcloth_io::importers::read_mesh;
 use common::node;
-use common::python::read_with;
+use common::python::{python, read_with};
 use common::{Folder, tearing_scene};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -72,6 +73,32 @@ fn openusd_and_alembic_read_a_fine_burn_mesh() {
         let options = ExportOptions::default();
         let exported = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
         read_with(reader, &[&fine_run().0, &exported.files[0]]);
+    }
+}
+
+#[test]
+fn what_openusd_writes_is_read() {
+    let folder = Folder::new("usd-written");
+    read_with("usd_written.py", &[&folder.0]);
+    if python().is_none() {
+        return;
+    }
+    // The same mesh as OBJ, in metres, y up.
+    let expected = read_mesh(&folder.0.join("expected.obj"), LengthUnit::M).unwrap();
+    for name in ["text.usda", "crate.usdc", "crate.usd", "text.usd", "package.usdz", "samples.usdc"] {
+        let mesh = read_mesh(&folder.0.join(name), LengthUnit::M).unwrap();
+        assert_eq!(mesh.triangles, expected.triangles, "{name}");
+        assert_eq!(mesh.corner_uv, expected.corner_uv, "{name}");
+        for (place, there) in mesh.positions.iter().zip(&expected.positions) {
+            // Single precision in the files.
+            assert!(place.distance(*there) < 1e-6, "{name}: {place}, {there}");
+        }
+        let painted: Vec<usize> = ["whole", "few", "many"].map(|name| mesh.painted[name].len()).to_vec();
+        assert_eq!(painted, [mesh.positions.len(); 3], "{name}");
+        for i in 0..mesh.positions.len() {
+            let values = ["whole", "few", "many"].map(|name| mesh.painted[name][i]);
+            assert_eq!(values, [i as f32, [0.5, 0.25, 1e-3][i % 3], 1.0 / (i as f32 + 3.0)], "{name}");
+        }
     }
 }
 

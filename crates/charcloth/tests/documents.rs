@@ -136,6 +136,9 @@ fn every_cited_equation_is_there_once() {
     assert!(!labels.is_empty());
 }
 
+const IMPORT_HELPERS: &[&str] =
+    &["clean", "gltf_document", "orientation", "polygons", "raw", "report", "usd_crate", "usd_layer", "usd_text"];
+
 const EXPORT_HELPERS: &[&str] = &[
     "glb",
     "listing",
@@ -154,7 +157,7 @@ const EXPORT_HELPERS: &[&str] = &[
 const TABLES: &[(&str, &[&str])] = &[
     ("charcloth/src/effects", &[]),
     ("charcloth/src/integrators", &[]),
-    ("charcloth-io/src/importers", &["clean", "gltf_document", "orientation", "polygons", "raw", "report"]),
+    ("charcloth-io/src/importers", IMPORT_HELPERS),
     ("charcloth-io/src/exporters", EXPORT_HELPERS),
     ("charcloth-render/src/looks", &[]),
     ("charcloth-cli/src/commands", &["kernels"]),

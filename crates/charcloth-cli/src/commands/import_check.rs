@@ -91,6 +91,7 @@ fn describe(report: &MeshReport, asked: bool) -> String {
     let why = match (asked, report.format) {
         (true, _) => "as you say",
         (false, "gltf") => "as glTF says",
+        (false, "usd") => "as the file says",
         (false, _) => "by its size",
     };
     let say =

@@ -10,6 +10,10 @@ mod polygons;
 mod raw;
 mod report;
 mod stl;
+mod usd;
+mod usd_crate;
+mod usd_layer;
+mod usd_text;
 
 pub use raw::RawMesh;
 pub use report::{MeshReport, Shell, UNITS, inspect, likely_unit};
@@ -50,6 +54,11 @@ pub const IMPORTERS: &[Entry<Importer>] = &[
         name: "gltf",
         about: "glTF 2.0, .gltf or .glb: the meshes of the default scene, where its nodes put them",
         item: Importer { extensions: &["gltf", "glb"], read: gltf::read },
+    },
+    Entry {
+        name: "usd",
+        about: "OpenUSD, .usd, .usda, .usdc or .usdz: the one mesh in it, where its prims put it, at its first time",
+        item: Importer { extensions: &["usd", "usda", "usdc", "usdz"], read: usd::read },
     },
 ];
 

@@ -72,14 +72,16 @@ pub fn likely_unit(size: f64) -> (&'static str, LengthUnit) {
     UNITS.iter().copied().min_by(|(_, a), (_, b)| off(*a).total_cmp(&off(*b))).unwrap_or(UNITS[0])
 }
 
-/// Reads a mesh file and says what is in it. Without a unit the likeliest is taken; glTF counts in metres.
+/// Reads a mesh file and says what is in it. Without a unit the likeliest is taken; glTF and USD are
+/// read in metres.
 pub fn inspect(path: &Path, unit: Option<LengthUnit>) -> Result<MeshReport, IoError> {
     let importer = importer_of(path)?;
     let raw = (importer.item.read)(path)?;
     let (file_points, file_faces) = (raw.positions.len(), raw.face_ends.len());
     let used: Vec<DVec3> = raw.corners.iter().filter_map(|i| raw.positions.get(*i as usize)).copied().collect();
     let size = if used.is_empty() { DVec3::ZERO } else { bounds(&used).1 - bounds(&used).0 };
-    let likely = if importer.name == "gltf" { LengthUnit::M } else { likely_unit(size.max_element()).1 };
+    let likely =
+        if ["gltf", "usd"].contains(&importer.name) { LengthUnit::M } else { likely_unit(size.max_element()).1 };
     let unit = unit.unwrap_or(likely);
     let mesh = clean::clean(raw, unit, path)?;
     let uv = mesh.corner_uv.iter().flatten().fold(None, |box_: Option<[Vec2; 2]>, uv| {

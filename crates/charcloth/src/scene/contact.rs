@@ -64,7 +64,7 @@ pub struct Obstacle {
     pub radius: Length,
     /// Sides of a box.
     pub size: Point,
-    /// Mesh file (OBJ, PLY, STL, glTF, GLB), relative to the scene file.
+    /// Mesh file (OBJ, PLY, STL, glTF, USD), relative to the scene file.
     pub mesh: Option<String>,
     /// What length the mesh file counts in.
     pub unit: LengthUnit,

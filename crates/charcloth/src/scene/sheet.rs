@@ -115,7 +115,7 @@ choice! {
 pub struct Sheet {
     /// Built-in shape, where no `mesh` is given.
     pub shape: Shape,
-    /// Mesh file (OBJ, PLY, STL, glTF, GLB), relative to the scene file.
+    /// Mesh file (OBJ, PLY, STL, glTF, USD), relative to the scene file.
     pub mesh: Option<String>,
     /// What length the mesh file counts in.
     pub unit: LengthUnit,
