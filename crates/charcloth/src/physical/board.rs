@@ -1,6 +1,6 @@
 //! A board behind the sheet: heat that goes into its depth.
 //!
-//! Model: Eq. 15.8, conduction into the depth alone, in layers that double in thickness, implicit in time. Source:
+//! Model: Eq. 15.9, conduction into the depth alone, in layers that double in thickness, implicit in time. Source:
 //! [Incropera2007]. Valid when: the board is thicker than the layers together (63 times the first) or the times are short.
 //! Cost: six layers a node.
 
