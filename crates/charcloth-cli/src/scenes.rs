@@ -21,6 +21,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "corner": "a sheet of office paper lit at a lower corner, by the physical model";
     "hole": "a level sheet of office paper lit from below in the middle";
     "match": "a strip of card, held at one end and lit at the other";
+    "papers": "strips of tissue, newsprint, cotton and office paper, up and down";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
     "drape": "a napkin falls over a ball and onto the table";
     "fold": "a ribbon set down on its edge folds onto itself";
@@ -29,6 +30,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "validation/ignition_time": "cotton under a radiant heater catches fire";
     "validation/mesh": "the speed of a flame on other meshes";
     "validation/moisture": "paper of 0 to 20 % moisture";
+    "validation/roughness": "fronts a thousand nodes wide through paper that is cloudy";
     "validation/spread_direction": "flames up, down and along office paper";
     "validation/spread_downward": "flames burn down papers of 19 to 120 g/m2";
     "validation/spread_grammage": "office paper of 15 to 300 g/m2";
