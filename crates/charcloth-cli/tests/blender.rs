@@ -7,10 +7,13 @@
 mod common;
 #[path = "../../charcloth-io/tests/common/environment.rs"]
 mod environment;
+#[path = "../../charcloth-io/tests/common/skipped.rs"]
+mod skipped;
 
 use charcloth::scene::LengthUnit;
 use charcloth_io::importers::read_mesh;
 use common::{Folder, run};
+use skipped::skipped;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -27,7 +30,7 @@ fn blender() -> Option<&'static Path> {
     match BLENDER.get_or_init(find) {
         Ok(python) => Some(python),
         Err(why) => {
-            println!("SKIPPED: no Blender ({why})");
+            skipped(format_args!("no Blender ({why})"));
             None
         }
     }

@@ -3,10 +3,13 @@
 #![cfg(unix)]
 
 mod common;
+#[path = "../../charcloth-io/tests/common/skipped.rs"]
+mod skipped;
 
 use charcloth_io::cache::CacheReader;
 use charcloth_io::exporters::EXPORTERS;
 use common::{Folder, SMALL, run};
+use skipped::skipped;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -96,7 +99,7 @@ fn a_full_disk_ends_a_run_that_goes_on_when_there_is_room() {
     };
     match mounted("true") {
         Ok(output) if output.status.success() => {}
-        other => return println!("SKIPPED: no disk can be mounted here ({other:?})"),
+        other => return skipped(format_args!("no disk can be mounted here ({other:?})")),
     }
     let output =
         mounted("\"$0\" run small.toml -o disk/run --frames 40 --no-movie; code=$?; cp -r disk/run kept; exit $code");
@@ -154,7 +157,7 @@ fn a_folder_that_may_not_be_written_is_named() {
     };
     match start(&["--version"]) {
         Ok(output) if output.status.success() => {}
-        other => return println!("SKIPPED: the command cannot be run as another user ({other:?})"),
+        other => return skipped(format_args!("the command cannot be run as another user ({other:?})")),
     }
     for out in ["locked", "locked/new"] {
         for row in EXPORTERS {

@@ -1,5 +1,9 @@
 //! The reader that docs/cache.md prints works as it stands, with numpy and nothing else.
 
+#[path = "../../charcloth-io/tests/common/skipped.rs"]
+mod skipped;
+
+use skipped::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -23,8 +27,7 @@ fn python() -> Option<PathBuf> {
 #[test]
 fn the_reader_of_the_page_reads_a_run() {
     let Some(python) = python() else {
-        println!("SKIPPED: there is no python3 with numpy here (PYTHON may name one)");
-        return;
+        return skipped("there is no python3 with numpy here (PYTHON may name one)");
     };
     let folder = std::env::temp_dir().join(format!("charcloth-python-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);

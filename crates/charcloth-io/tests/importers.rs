@@ -10,6 +10,7 @@ use charcloth_io::IoError;
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
 use charcloth_io::exporters::{ExportOptions, export};
 use charcloth_io::importers::{IMPORTERS, inspect, likely_unit, read_mesh};
+use common::skipped::skipped;
 use common::{Folder, mesh_file, sheet};
 use glam::{DVec3, Vec2};
 use std::collections::BTreeMap;
@@ -466,7 +467,9 @@ fn meshes_from_a_modelling_program_come_in_as_they_are() {
 /// The full-size meshes that the small ones were cut from, where a folder of them is named.
 #[test]
 fn full_size_meshes_come_in_where_there_are_any() {
-    let Some(folder) = std::env::var_os("CHARCLOTH_MESHES") else { return };
+    let Some(folder) = std::env::var_os("CHARCLOTH_MESHES") else {
+        return skipped("CHARCLOTH_MESHES names no folder with them");
+    };
     let cases = [
         ("curtain_quads.obj", LengthUnit::M, 1, 24576),
         ("mask_shells.obj", LengthUnit::M, 3, 15744),

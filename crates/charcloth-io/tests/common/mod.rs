@@ -4,6 +4,7 @@
 pub mod environment;
 pub mod node;
 pub mod python;
+pub mod skipped;
 
 use charcloth::mesh::SurfaceMesh;
 use charcloth::scene::{Corner, Ignite, LengthUnit, Pin, Scene};

@@ -1,5 +1,6 @@
 //! Node.js with the readers that exports are checked with, kept in the target folder.
 
+use super::skipped::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -13,7 +14,7 @@ fn packages() -> Option<&'static Path> {
     match PACKAGES.get_or_init(install) {
         Ok(folder) => Some(folder),
         Err(why) => {
-            println!("SKIPPED: no Node.js with the readers ({why})");
+            skipped(format_args!("no Node.js with the readers ({why})"));
             None
         }
     }

@@ -1,6 +1,7 @@
 //! A Python with the readers that exports are checked with.
 
 use super::environment;
+use super::skipped::skipped;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -15,7 +16,7 @@ pub fn python() -> Option<&'static Path> {
     match PYTHON.get_or_init(|| environment::with_packages(PACKAGES)) {
         Ok(python) => Some(python),
         Err(why) => {
-            println!("SKIPPED: no Python with the readers ({why}); PYTHON may name a Python 3.11 or later");
+            skipped(format_args!("no Python with the readers ({why}); PYTHON may name a Python 3.11 or later"));
             None
         }
     }
