@@ -42,7 +42,9 @@ def start(sheet: bpy.types.Object, scene: bpy.types.Scene, resume: bool) -> Job:
         path = write_scene(sheet, scene)
         what = [str(path), "-o", run, "--force", *override_arguments(sheet.charcloth)]
     simulate = [program, "run", *what, "--no-movie", *thread_arguments(), *json]
-    export = [program, "export", run, "--format", "usd", "--mean-velocities", "-o", str(folder / "usd"), *json]
+    # The folder is the add-on's own: what an older version left there is in nobody's way.
+    into = ["-o", str(folder / "usd"), "--force"]
+    export = [program, "export", run, "--format", "usd", "--mean-velocities", *into, *json]
     job = Job([Step("burning", simulate), Step("exporting", export)])
     jobs[sheet.name] = job
     return job

@@ -168,9 +168,36 @@ fn a_shorter_export_leaves_nothing_of_the_longer_one_and_everything_else() {
     assert!(message.contains("no export wrote") && message.contains("frame_00001.obj"), "{message}");
     go("obj", 5, true).unwrap();
     assert_eq!(go("obj", 0, false).unwrap().removed, 5);
-    go("pc2", 5, false).unwrap();
-    let message = go("mdd", 5, false).unwrap_err().to_string();
-    assert!(message.contains("sheet.obj") && message.contains("pc2"), "{message}");
+    go("gltf", 5, false).unwrap();
+    let message = go("vat", 5, false).unwrap_err().to_string();
+    assert!(message.contains("sheet.glb") && message.contains("gltf"), "{message}");
+
+    // Point caches have the mesh that they move in common, if it is the same; with force the last one has it.
+    let owners = || {
+        let list: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(out.0.join("export.json")).unwrap()).unwrap();
+        ["pc2", "mdd"].map(|format| list["exports"][format].get("sheet.obj").is_some())
+    };
+    let later = |format: &str, force: bool| {
+        let options = ExportOptions { frames: Some(1..=5), force, ..ExportOptions::default() };
+        export(&cache, format, &options, &out.0, &mut |_| ControlFlow::Continue(()))
+    };
+    for format in ["pc2", "mdd", "pc2"] {
+        go(format, 5, false).unwrap();
+    }
+    assert_eq!(owners(), [true, true]);
+    let caches = || ["sheet.pc2", "sheet.mdd", "sheet.obj"].map(|name| std::fs::read(out.0.join(name)).unwrap());
+    let before = caches();
+    let message = later("mdd", false).unwrap_err().to_string();
+    assert!(message.contains("sheet.obj") && message.contains("another format"), "{message}");
+    assert!(caches() == before && owners() == [true, true]);
+    later("mdd", true).unwrap();
+    assert_eq!(owners(), [false, true]);
+    assert!(go("pc2", 5, false).unwrap_err().to_string().contains("sheet.obj"));
+    later("pc2", false).unwrap();
+    assert_eq!(owners(), [true, true]);
+    out.file("sheet.obj", "changed by hand");
+    assert!(later("pc2", false).unwrap_err().to_string().contains("changed"));
 
     // A list that was tampered with reaches no file outside of the folder.
     let outside = folder.file("outside.obj", "mine");

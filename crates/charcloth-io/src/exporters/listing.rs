@@ -3,6 +3,7 @@
 //! A file counts as ours while it has the size that was written down; one that somebody has changed since is theirs. What
 //! an export is about to write is listed before it is written, so that one that is cut short leaves nothing unlisted.
 
+use super::twin_obj;
 use crate::error::IoError;
 use crate::files::{Durability, read_whole, write_whole};
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,9 @@ use std::path::{Path, PathBuf};
 pub(super) const LISTING: &str = "export.json";
 const FORMAT: &str = "charcloth-export";
 const VERSION: u32 = 1;
+
+/// Files that several formats have, and that come out the same for all of them if their frames are the same.
+const SHARED: [&str; 1] = [twin_obj::NAME];
 
 /// Sizes of files by name [bytes]; none while a file is being written.
 type Sizes = BTreeMap<String, Option<u64>>;
@@ -36,6 +40,8 @@ pub(super) struct Claim<'a> {
     listing: Listing,
     /// Files of the export before.
     before: Sizes,
+    /// Files that another format has, too.
+    shared: Vec<String>,
 }
 
 impl<'a> Claim<'a> {
@@ -44,28 +50,41 @@ impl<'a> Claim<'a> {
     pub fn begin(folder: &'a Path, format: &'a str, names: &[String], force: bool) -> Result<Self, IoError> {
         let mut listing = read(folder)?;
         let before = listing.exports.remove(format).unwrap_or_default();
-        let theirs = names.iter().find(|name| {
+        let is_shared = |name: &&String| {
+            let path = folder.join(name);
+            let listed = |sizes: &Sizes| sizes.get(*name).is_some_and(|size| is_ours(&path, *size));
+            !force && SHARED.contains(&name.as_str()) && listing.exports.values().any(listed)
+        };
+        let shared: Vec<String> = names.iter().filter(is_shared).cloned().collect();
+        let theirs = names.iter().filter(|name| !shared.contains(name)).find(|name| {
             let path = folder.join(name);
             path.symlink_metadata().is_ok() && !before.get(*name).is_some_and(|size| is_ours(&path, *size))
         });
         if let Some(name) = theirs.filter(|_| !force) {
-            let of_other = listing.exports.iter().find(|(_, sizes)| sizes.contains_key(name));
+            let of_other = listing.exports.iter().find_map(|(other, sizes)| Some((other, *sizes.get(name)?)));
             let problem = match (of_other, before.contains_key(name)) {
-                (Some((other, _)), _) => format!("an export in the format {other} wrote this file"),
-                (None, true) => "this file has been changed since it was exported".to_string(),
+                (Some((other, size)), _) if is_ours(&folder.join(name), size) => {
+                    format!("an export in the format {other} wrote this file")
+                }
+                (Some(_), _) | (None, true) => "this file has been changed since it was exported".to_string(),
                 (None, false) => "there is a file that no export wrote".to_string(),
             };
             let hint = "export into another folder with --output, or replace it with --force";
             return Err(IoError::content(&folder.join(name), problem, hint));
         }
         for sizes in listing.exports.values_mut() {
-            sizes.retain(|name, _| !names.contains(name));
+            sizes.retain(|name, _| !names.contains(name) || shared.contains(name));
         }
-        let mut claim = Self { folder, format, listing, before };
+        let mut claim = Self { folder, format, listing, before, shared };
         let mut claimed = claim.before.clone();
         claimed.extend(names.iter().map(|name| (name.clone(), None)));
         claim.write(claimed)?;
         Ok(claim)
+    }
+
+    /// Files that an export in another format wrote and still needs: they may be kept, not changed.
+    pub fn shared(&self) -> &[String] {
+        &self.shared
     }
 
     /// Removes what the export before wrote and this one has not, and lists what there is now. Says how many files went.
@@ -79,7 +98,8 @@ impl<'a> Claim<'a> {
         let mut removed = 0;
         for (name, size) in std::mem::take(&mut self.before) {
             let path = self.folder.join(&name);
-            if sizes.contains_key(&name) || !is_plain(&name) || !is_ours(&path, size) {
+            let is_needed = sizes.contains_key(&name) || self.shared.contains(&name);
+            if is_needed || !is_plain(&name) || !is_ours(&path, size) {
                 continue;
             }
             match fs::remove_file(&path) {

@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 
 /// Writes `sheet.mdd` and `sheet.obj` into a folder.
 pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<PathBuf>, IoError> {
-    let (path, mesh) = (folder.join("sheet.mdd"), folder.join("sheet.obj"));
+    let path = folder.join("sheet.mdd");
     let twin = Twin::of(sequence, &path)?;
+    twin_obj::refuse_another(&twin, sequence, folder)?;
     write_streamed(&path, Durability::Process, |out| {
         out.write_all(&(sequence.numbers().len() as u32).to_be_bytes())?;
         out.write_all(&(twin.len() as u32).to_be_bytes())?;
@@ -30,7 +31,6 @@ pub(super) fn write(sequence: &mut Sequence<'_>, folder: &Path) -> Result<Vec<Pa
         }
         Ok(())
     })?;
-    let first = sequence.first()?;
-    twin_obj::write(&twin, &twin.pose(&first), &first, &mesh)?;
+    let mesh = twin_obj::write(&twin, sequence, folder)?;
     Ok(vec![mesh, path])
 }

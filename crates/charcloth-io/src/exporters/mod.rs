@@ -198,7 +198,8 @@ pub struct Exported {
 /// Writes frames of a cache into a folder: `frame_00000.<ending>` where a format has a file a frame.
 ///
 /// The folder then has what this export wrote in the format and nothing of an earlier one: which files those are stands
-/// in `export.json` there. A file in the way that is not listed is an error, unless `options.force`.
+/// in `export.json` there. A file in the way that is not listed is an error, unless `options.force`. The mesh that point
+/// caches of several formats move is theirs together, as long as it is the same.
 ///
 /// `progress` is called after each file and may stop the export; what is written by then is kept and listed.
 pub fn export(
@@ -223,7 +224,11 @@ pub fn export(
     let claim = Claim::begin(folder, row.name, &(row.item.files)(&wanted), options.force)?;
     let files = match row.item.write {
         Writer::EachFrame(write) => write_each(cache, &wanted, row.item.extension, write, folder, progress),
-        Writer::AllFrames(write) => write(&mut Sequence::new(cache, wanted, options, progress), folder),
+        Writer::AllFrames(write) => {
+            let mut sequence = Sequence::new(cache, wanted, options, progress);
+            sequence.keep(claim.shared());
+            write(&mut sequence, folder)
+        }
     };
     match files {
         Ok(files) => Ok(Exported { removed: claim.finish(&files)?, files }),

@@ -14,6 +14,8 @@ pub struct Sequence<'a> {
     cache: &'a CacheReader,
     numbers: Vec<u32>,
     options: &'a ExportOptions,
+    /// Names of files that must stay as they are.
+    kept: Vec<String>,
     /// Times that the frames are gone through.
     passes: usize,
     done: usize,
@@ -34,7 +36,8 @@ impl<'a> Sequence<'a> {
         progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
     ) -> Self {
         assert!(!numbers.is_empty(), "a sequence has a first frame");
-        Self { cache, numbers, options, passes: 1, done: 0, triangles: 0, before: None, ahead: None, progress }
+        let kept = Vec::new();
+        Self { cache, numbers, options, kept, passes: 1, done: 0, triangles: 0, before: None, ahead: None, progress }
     }
 
     /// What the cache says about the run.
@@ -45,6 +48,16 @@ impl<'a> Sequence<'a> {
     /// What the user has chosen.
     pub(super) fn options(&self) -> &ExportOptions {
         self.options
+    }
+
+    /// Says which files an export in another format needs as they are.
+    pub(super) fn keep(&mut self, names: &[String]) {
+        self.kept = names.to_vec();
+    }
+
+    /// Whether a file must stay as it is.
+    pub(super) fn keeps(&self, name: &str) -> bool {
+        self.kept.iter().any(|kept| kept == name)
     }
 
     /// Frames a second; caches that do not say are taken to be film.
