@@ -16,6 +16,10 @@ bpy.ops.mesh.primitive_grid_add(x_subdivisions=7, y_subdivisions=5, size=2, **pl
 sheet = bpy.context.object
 sheet.scale = (0.105, 0.15, 1)
 mesh = sheet.data
+# No face is a rectangle: which way one is cut in two must not hang on the last bit.
+for vertex in mesh.vertices:
+    vertex.co.x += 0.3 * vertex.co.y
+    vertex.co.z += 0.2 * vertex.co.x**2
 pin = mesh.attributes.new("pin", "FLOAT", "POINT")
 paint = mesh.color_attributes.new("paint", "FLOAT_COLOR", "POINT")
 for k in range(len(mesh.vertices)):

@@ -434,6 +434,9 @@ impl<'a> Crate<'a> {
             23 => numbers(Scalar::Double, 3),
             24 => numbers(Scalar::Float, 3),
             25 => numbers(Scalar::Half, 3),
+            27 => numbers(Scalar::Double, 4),
+            28 => numbers(Scalar::Float, 4),
+            29 => numbers(Scalar::Half, 4),
             10 if rep.is_inlined() => {
                 let number = *self.strings.get(rep.payload() as usize).ok_or(CUT)?;
                 Ok(Some(Value::Texts(vec![token(number as usize)?])))
