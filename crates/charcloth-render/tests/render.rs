@@ -155,6 +155,7 @@ fn both(first: &Frame, second: &Frame) -> Frame {
     triangles.rest_area.extend(&other.rest_area);
     triangles.alive.extend(&other.alive);
     triangles.piece.extend(&other.piece);
+    triangles.parted.extend(&other.parted);
     frame
 }
 

@@ -76,6 +76,7 @@ pub fn sheet(spacing: f64, reached: f64) -> Frame {
                 triangles.rest_area.push(cell[0] * cell[1] / 2.0);
                 triangles.alive.push(u8::from(corners.iter().any(|k| burn.fuel[*k as usize] > 0.0)));
                 triangles.piece.push(0);
+                triangles.parted.push(0);
             }
         }
     }
