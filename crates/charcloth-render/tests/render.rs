@@ -147,6 +147,10 @@ fn both(first: &Frame, second: &Frame) -> Frame {
     burn.ashed.extend(&other.ashed);
     burn.stiffness.extend(&other.stiffness);
     burn.flame.extend(&other.flame);
+    burn.thickness.extend(&other.thickness);
+    burn.speed.extend(&other.speed);
+    burn.noburn.extend(&other.noburn);
+    burn.particle.extend(&other.particle);
     let (triangles, other) = (&mut frame.triangles, &second.triangles);
     triangles.corners.extend(other.corners.iter().map(|corners| corners.map(|i| i + offset)));
     triangles.uv.extend(&other.uv);
