@@ -18,7 +18,7 @@ pub use validate::{Finding, validate};
 
 use crate::mesh_sequence;
 use charcloth::material::Material;
-use charcloth::scene::{CurlLaw, Model, Scene, ThermalForceLaw};
+use charcloth::scene::{CurlLaw, DragLaw, Model, Scene, ThermalForceLaw};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -242,7 +242,7 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
 /// Takes over from a material what the scene does not say itself.
 fn use_material(scene: &mut Scene, material: &Material, is_said: impl Fn(&str) -> bool) {
     let Material { sheet, mechanics, .. } = material;
-    let Scene { sheet: to, shell, mechanics: springs, curl, thermal_force, .. } = scene;
+    let Scene { sheet: to, shell, mechanics: springs, curl, thermal_force, wind, .. } = scene;
     macro_rules! take {
         ($($key:literal: $place:expr, $value:expr;)*) => {
             $(if !is_said($key) { $place = $value; })*
@@ -260,6 +260,7 @@ fn use_material(scene: &mut Scene, material: &Material, is_said: impl Fn(&str) -
         "shell.poisson": shell.poisson, mechanics.poisson.value;
         "mechanics.integrator": springs.integrator, "implicit".to_owned();
         // Heat neither pulls nor curls here: what burns does.
+        "wind.law": wind.law, DragLaw::Plate;
         "curl.law": curl.law, CurlLaw::Off;
         "thermal_force.law": thermal_force.law, ThermalForceLaw::Off;
     }

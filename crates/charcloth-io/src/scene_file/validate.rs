@@ -290,6 +290,9 @@ fn mechanics(scene: &Scene, findings: &mut Findings) {
             "write \"10 %\", or `moves = false` for heat and fuel only",
         );
     }
+    // Looser, what is left of each step adds up: a sheet that swings gains energy.
+    findings.between("shell.newton_tolerance", scene.shell.newton_tolerance.0, 1e-12, 0.05);
+    findings.between("shell.linear_tolerance", scene.shell.linear_tolerance.0, 1e-12, 0.1);
 }
 
 fn forces(scene: &Scene, findings: &mut Findings) {

@@ -207,7 +207,7 @@ choice! {
         /// By the speed, with the coefficient C (Eq. 6.5b).
         #[default]
         Linear,
-        /// By its square, as a plate broadside to the air (Eq. 17.7).
+        /// By its square, as a plate broadside to the air (Eq. 17.7); default in the physical model.
         Plate,
     }
 }
