@@ -152,7 +152,10 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     let mut burn_triangles = BurnTriangles::default();
     if description.burn_level > 0 {
         check_burn_level(scene, &triangles)?;
-        let refined = burn_mesh::refine(node_count, &triangles.corners, sides, &rest_area, description.burn_level);
+        let mut refined = burn_mesh::refine(node_count, &triangles.corners, sides, &rest_area, description.burn_level);
+        places = BurnPlaces::of_burn_mesh(&refined, &motion, &triangles);
+        let numbers = refined.renumber(&layout::along_curve(&places.rest_position));
+        motion.burn_node.copy_from_slice(&numbers[..node_count]);
         burn_edges = fine_edges(scene, &refined);
         // The heat that runs beside a spring runs along many edges.
         springs.edge.fill(NONE);

@@ -1,7 +1,7 @@
 //! The burn mesh: finer triangles on those that move, and the way from one mesh to the other.
 //!
 //! At level r each side of a motion triangle is cut into 2^r, so that it carries 4^r burn triangles, all similar to it.
-//! Burn node i is motion node i at the start; nodes along edges and inside triangles follow. Tears change both meshes, so
+//! `MotionNodes::burn_node` says which burn node lies at a motion node. Tears change both meshes, so
 //! the map is written out (parent triangle and place on it), and never worked out from numbers. Positions are
 //! interpolated by Phong tessellation [Boubekeur2008]: a burn node is drawn towards the planes through the corners of its
 //! parent, so that a coarse moving mesh looks round; along an edge they depend on its two ends alone, so nothing gapes.
@@ -39,7 +39,24 @@ pub struct RefinedEdge {
     pub shape: f64,
 }
 
-/// Refines triangles. `sides` are the lengths of the sides of each at rest [m], opposite to its corners.
+impl Refined {
+    /// Renumbers the nodes: entry k of `order` becomes node k. Returns the new number of each.
+    pub fn renumber(&mut self, order: &[u32]) -> Vec<u32> {
+        let mut number = vec![0; order.len()];
+        for (new, old) in order.iter().enumerate() {
+            number[*old as usize] = new as u32;
+        }
+        self.triangles.corners.iter_mut().flatten().for_each(|i| *i = number[*i as usize]);
+        for edge in &mut self.edges {
+            let [a, b] = edge.ends.map(|i| number[i as usize]);
+            edge.ends = [a.min(b), a.max(b)];
+        }
+        self.edges.sort_unstable_by_key(|edge| edge.ends);
+        number
+    }
+}
+
+/// Refines triangles; nodes of the motion mesh come first. `sides` are the lengths of the sides of each at rest [m], opposite to its corners.
 pub fn refine(nodes: usize, corners: &[[u32; 3]], sides: &[[f64; 3]], areas: &[f64], level: u32) -> Refined {
     let cuts = 1usize << level;
     let mut edges: Vec<[u32; 2]> =

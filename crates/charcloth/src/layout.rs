@@ -1,10 +1,15 @@
-//! Numbering the nodes so that neighbours lie close in memory: the order of Cuthill and McKee [CuthillMcKee1969].
+//! Numbering nodes so that neighbours lie close in memory: the order of Cuthill and McKee [CuthillMcKee1969] for what
+//! moves, that of a curve through space [Morton1966] for the finer mesh that burns.
 
 use crate::mesh::SurfaceMesh;
+use glam::DVec3;
 
 /// Nodes that are sorted among themselves by the number of their neighbours, so that the slices of the inner loops are
 /// full. // tuned: 128 keeps the order local and fills slices to nine tenths, 64 to 512
 const SORTED_TOGETHER: usize = 128;
+
+/// Bits of the place along each axis that the curve through space tells apart.
+const CURVE_BITS: u32 = 16;
 
 /// The order in which the points of a mesh are best kept: entry k is the point that becomes number k.
 pub fn order(mesh: &SurfaceMesh) -> Vec<u32> {
@@ -55,6 +60,24 @@ fn breadth_first(start: u32, neighbours: &[Vec<u32>], seen: &mut [bool]) -> Vec<
         }
     }
     queue
+}
+
+/// The order of points along a curve that fills space, block by block: entry k is the point that becomes number k.
+pub fn along_curve(points: &[DVec3]) -> Vec<u32> {
+    let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let cell = (high - low).max_element().max(f64::MIN_POSITIVE) / f64::from((1u32 << CURVE_BITS) - 1);
+    let code = |point: &DVec3| {
+        let [x, y, z] = ((*point - low) / cell).to_array().map(|c| c as u64);
+        (0..CURVE_BITS).fold(0u64, |code, bit| {
+            let of = |c: u64, axis: u32| (c >> bit & 1) << (3 * bit + axis);
+            code | of(x, 0) | of(y, 1) | of(z, 2)
+        })
+    };
+    let codes: Vec<u64> = points.iter().map(code).collect();
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    order.sort_by_key(|i| codes[*i as usize]);
+    order
 }
 
 /// The mesh with its points renumbered: entry k of `order` becomes point k.

@@ -43,7 +43,7 @@ pub fn image<'a>(inputs: &'a Inputs, key: &str, path: &str) -> Result<&'a GreyIm
 
 /// Where the burn nodes lie: in the stress-free sheet, on its texture, and the area that each stands for.
 pub(super) struct BurnPlaces {
-    rest_position: Vec<DVec3>,
+    pub rest_position: Vec<DVec3>,
     pub uv: Vec<Vec2>,
     area: Vec<f64>,
 }

@@ -41,7 +41,7 @@ impl Default for Flame {
 
 /// tuned: on the speed of one flame, downward on tissue of 18.7 g/m2 in air, 11.3 mm/s [Elimami2026]; 1 by its scale,
 /// sensible from 0.7 to 2.
-const FOOT: f64 = 0.935;
+const FOOT: f64 = 0.86;
 /// Planck mean absorption of the products of a fuel with 1:1 carbon dioxide and water near 1800 K, about 3 to 5 1/m at
 /// 1 atm [Tien1968]; soot of thin paper flames is little.
 const ABSORPTION: f64 = 4.0;
@@ -65,9 +65,9 @@ const WARM: f64 = 40.0;
 const HOT: f64 = 2.0;
 
 /// Rows that one thread works on at a time.
-const CHUNK: usize = 128;
+const CHUNK: usize = 256;
 /// One thread does so many rows faster than several.
-const ALONE: usize = 256;
+const ALONE: usize = 512;
 /// No row.
 const NONE: u32 = u32::MAX;
 
@@ -82,6 +82,8 @@ struct Scratch {
     /// Films of the rows before and after a sweep; one more row is a film at rest.
     films: Vec<Film>,
     films_after: Vec<Film>,
+    /// Greatest change of temperature in each chunk in the sweep before [K].
+    changes: Vec<f64>,
 }
 
 /// Rows that one thread works on, and their links one after the other.
@@ -91,6 +93,9 @@ struct Chunk {
     links: Vec<Link>,
     /// Number of the first.
     first: usize,
+    /// Chunks of this face and of the other whose films it reads.
+    near: Vec<u32>,
+    opposite: Vec<u32>,
     /// Greatest change of temperature in a sweep [K].
     change: f64,
 }
@@ -128,6 +133,8 @@ struct Row {
     node: u32,
     /// Row of the node on the other face.
     other: u32,
+    /// Its film when the step began.
+    begun: Film,
     /// Its links in those of its chunk.
     links: Range<u32>,
     /// Temperature of the face [K], and how much of it an igniting flame covers.
@@ -165,6 +172,18 @@ struct Row {
     flame_rise: f64,
 }
 
+impl Scratch {
+    /// Makes the films after a sweep those before the next. Returns the greatest change of temperature [K].
+    fn accept_sweep(&mut self) -> f64 {
+        std::mem::swap(&mut self.films, &mut self.films_after);
+        let chunks = &self.chunks[..self.changes.len()];
+        for (change, chunk) in self.changes.iter_mut().zip(chunks) {
+            *change = chunk.change;
+        }
+        self.changes.iter().copied().fold(0.0, f64::max)
+    }
+}
+
 impl Gas for Flame {
     fn advance(
         &mut self,
@@ -189,10 +208,9 @@ impl Gas for Flame {
         let mut sweeps = 0;
         while sweeps < self.most_sweeps {
             // Both faces are read before either is written.
-            let change = step.sweep(front, &back.films).max(step.sweep(back, &front.films));
-            for scratch in [&mut *front, &mut *back] {
-                std::mem::swap(&mut scratch.films, &mut scratch.films_after);
-            }
+            step.sweep(front, back, self.tolerance);
+            step.sweep(back, front, self.tolerance);
+            let change = front.accept_sweep().max(back.accept_sweep());
             sweeps += 1;
             if change < self.tolerance {
                 break;
@@ -235,6 +253,14 @@ struct Burning {
     escape: f64,
 }
 
+/// Adds the chunk of a row to a list, once.
+fn note(chunks: &mut Vec<u32>, row: u32) {
+    let chunk = row / CHUNK as u32;
+    if !chunks.contains(&chunk) {
+        chunks.push(chunk);
+    }
+}
+
 impl Step<'_> {
     fn links(&self, i: usize) -> Range<usize> {
         self.sheet.link_start[i] as usize..self.sheet.link_start[i + 1] as usize
@@ -242,7 +268,7 @@ impl Step<'_> {
 
     fn find_active(&self, face: usize, state: &mut GasState, scratch: &mut Scratch) {
         let ambient = self.gas.ambient;
-        let Scratch { active, row_of, flows, chunks, films, films_after } = scratch;
+        let Scratch { active, row_of, flows, chunks, films, films_after, changes } = scratch;
         active.iter().for_each(|i| row_of[*i as usize] = NONE);
         row_of.resize(self.sheet.area.len(), NONE);
         active.clear();
@@ -275,6 +301,8 @@ impl Step<'_> {
         for k in chunks.len()..count {
             chunks.push(Chunk { first: k * CHUNK, ..Chunk::default() });
         }
+        changes.clear();
+        changes.resize(count, f64::INFINITY);
     }
 
     /// Thickness and velocity of the film at each active node and its neighbours (Eq. 14.6 to 14.9).
@@ -323,18 +351,30 @@ impl Step<'_> {
 
     /// Conductances and mass flows of the links of active nodes (Eq. 14.14, 14.15), and what is fixed in their rows.
     fn find_links(&self, face: usize, scratch: &mut Scratch, other: &Scratch) {
-        let Scratch { active, row_of, flows, chunks, .. } = scratch;
-        let (row_of, flows) = (&*row_of, &*flows);
+        let Scratch { active, row_of, flows, chunks, films, .. } = scratch;
+        let (row_of, flows, films) = (&*row_of, &*flows, &*films);
         let (at_rest, other_at_rest) = (active.len() as u32, other.active.len() as u32);
         let of_chunk = |(chunk, active): (&mut Chunk, &[u32])| {
             chunk.rows.clear();
             chunk.links.clear();
+            chunk.near.clear();
+            chunk.near.push((chunk.first / CHUNK) as u32);
+            chunk.opposite.clear();
             for i in active {
                 let i = *i as usize;
                 let mut row = self.row(face, i, row_of, flows, at_rest, &mut chunk.links);
-                let other = other.row_of[i];
-                row.other = if other == NONE { other_at_rest } else { other };
+                row.begun = films[row_of[i] as usize];
+                row.other = match other.row_of[i] {
+                    NONE => other_at_rest,
+                    row => {
+                        note(&mut chunk.opposite, row);
+                        row
+                    }
+                };
                 chunk.rows.push(row);
+            }
+            for link in chunk.links.iter().filter(|link| link.to != at_rest) {
+                note(&mut chunk.near, link.to);
             }
         };
         let count = active.len().div_ceil(CHUNK);
@@ -438,20 +478,26 @@ impl Step<'_> {
     }
 
     /// One sweep over a face, films into films after: each chunk is relaxed by itself, forth and back, between what the others
-    /// were before. Chunks are the same on any number of threads, so the bits are. Returns the greatest change of temperature.
-    fn sweep(&self, scratch: &mut Scratch, other: &[Film]) -> f64 {
-        let Scratch { active, chunks, films, films_after, .. } = scratch;
-        let films = &*films;
+    /// were before; one that has come to rest, and all around it, waits. Chunks are the same on any number of threads, so the
+    /// bits are.
+    fn sweep(&self, scratch: &mut Scratch, other: &Scratch, tolerance: f64) {
+        let Scratch { active, chunks, films, films_after, changes, .. } = scratch;
+        let (films, changes) = (&*films, &*changes);
+        let rests = |changes: &[f64], chunks: &[u32]| chunks.iter().all(|k| changes[*k as usize] < tolerance);
         let of_chunk = |(chunk, after): (&mut Chunk, &mut [Film])| {
-            let Chunk { rows, links, first, change } = chunk;
+            let Chunk { rows, links, first, near, opposite, change } = chunk;
             let before = &films[*first..*first + after.len()];
             after.copy_from_slice(before);
+            if rests(changes, near) && rests(&other.changes, opposite) {
+                *change = 0.0;
+                return;
+            }
             let mut relax = |k: usize| {
                 let row = &rows[k];
                 let links = &links[row.links.start as usize..row.links.end as usize];
                 // Within the chunk what is newest, from other chunks what was before the sweep.
                 let film_of = |to: u32| after.get((to as usize).wrapping_sub(*first)).unwrap_or(&films[to as usize]);
-                let film = self.swept(row, &after[k], links, film_of, other);
+                let film = self.swept(row, &after[k], links, film_of, &other.films);
                 let change = (film.temperature - after[k].temperature).abs();
                 after[k] = film;
                 change
@@ -467,7 +513,6 @@ impl Step<'_> {
         } else {
             chunks.iter_mut().zip(after.chunks_mut(CHUNK)).for_each(of_chunk);
         }
-        chunks.iter().fold(0.0, |greatest, chunk| greatest.max(chunk.change))
     }
 
     /// A film after a sweep.
@@ -503,7 +548,7 @@ impl Step<'_> {
         };
         let lit = HOLD * row.across * row.pilot;
         let radiated = burning.flame * row.radiance * film.min(gas.adiabatic).powi(3);
-        let sources = row.storage * film
+        let sources = row.storage * row.begun.temperature
             + heat
             + to_wall * row.wall
             + (out + row.fresh) * ambient
@@ -521,7 +566,7 @@ impl Step<'_> {
         let temperature = sources / sinks;
         // Eq. 14.17: fuel in the film.
         let leaves = self.leaving(row, unburnt);
-        let sources = row.storage / gas.heat_capacity * unburnt + mass + row.emitted;
+        let sources = row.storage / gas.heat_capacity * row.begun.fuel + mass + row.emitted;
         let sinks = (row.storage + row.conductance) / gas.heat_capacity
             + row.outflow
             + leaves
