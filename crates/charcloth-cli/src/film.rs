@@ -1,11 +1,12 @@
 //! From frames to picture files: the one place that knows the renderer.
 
 use anyhow::Context;
+use charcloth::contact::scenery::Scenery;
 use charcloth::frame::Frame;
 use charcloth::scene::Scene;
 use charcloth::sheet::bounds;
 use charcloth_render::image::RgbImage;
-use charcloth_render::{MovieWriter, Renderer, write_png};
+use charcloth_render::{MovieWriter, Renderer, View, look_of, write_png};
 use std::path::{Path, PathBuf};
 
 /// How a run is to be drawn.
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 pub struct Shot {
     /// The scene: camera, size, frames a second.
     pub scene: Scene,
+    /// What the sheet meets.
+    pub scenery: Scenery,
     /// A look by name, if not that of the scene.
     pub look: Option<String>,
 }
@@ -28,11 +31,14 @@ impl Film {
     /// Sets the camera up before the sheet as it lies in the first frame.
     pub fn build(shot: &Shot, first: &Frame, movie: Option<&Path>) -> anyhow::Result<Self> {
         let Scene { output, up, time, .. } = &shot.scene;
-        let sheet = bounds(&first.motion.position);
-        let renderer = match &shot.look {
-            Some(look) => Renderer::with_look(&output.camera, *up, sheet, output.size, look)?,
-            None => Renderer::build(&output.camera, *up, sheet, output.size, output.style)?,
+        let view = View {
+            settings: output.camera.clone(),
+            up: *up,
+            bounds: bounds(&first.motion.position),
+            size: output.size,
+            scenery: shot.scenery.clone(),
         };
+        let renderer = Renderer::of(&view, shot.look.as_deref().unwrap_or(look_of(output.style)))?;
         let [width, height] = output.size;
         let create = |path: &Path| -> anyhow::Result<_> {
             Ok((path.to_owned(), MovieWriter::create(path, width, height, time.fps)?))

@@ -39,6 +39,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "validation/spread_oxygen": "tissue in 15 to 100 % of oxygen";
     "validation/spread_pressure": "tissue at 15 to 101 kPa";
     "verification/burn_out": "a node is out after m0/k1, and all heat is accounted for";
+    "verification/catenary": "a strip of soft sheet hangs as a chain does";
     "verification/eigenmode_decay": "modes of conduction on a grid";
     "verification/elastica": "a clamped strip sags under its own weight";
     "verification/flame_downward": "a flame burns down tissue at the measured speed";
@@ -56,6 +57,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "verification/spring_period": "period of one spring";
     "verification/strip_frequency": "a clamped strip swings";
     "verification/strain_limit": "Provot's limit on deformation";
+    "verification/terminal_velocity": "a level sheet falls through air";
 };
 
 /// Where the scenes lie that say what must come out.

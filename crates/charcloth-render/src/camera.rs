@@ -2,6 +2,7 @@
 
 use crate::error::RenderError;
 use crate::image::LARGEST_SIDE;
+use charcloth::contact::scenery::Scenery;
 use charcloth::scene::{Axis, Camera as CameraSettings};
 use glam::DVec3;
 
@@ -20,6 +21,8 @@ pub struct View {
     pub bounds: (DVec3, DVec3),
     /// Width and height of the picture [pixels].
     pub size: [u32; 2],
+    /// What the sheet meets.
+    pub scenery: Scenery,
 }
 
 /// A perspective camera.
@@ -59,7 +62,7 @@ pub struct Projected {
 impl Camera {
     /// Puts the camera where it sees the whole sheet.
     pub fn build(view: &View) -> Result<Self, RenderError> {
-        let View { settings, up, bounds: (low, high), size } = view;
+        let View { settings, up, bounds: (low, high), size, .. } = view;
         if size.iter().any(|side| *side == 0 || *side > LARGEST_SIDE) {
             return Err(RenderError::Size { width: size[0], height: size[1] });
         }

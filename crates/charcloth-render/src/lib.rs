@@ -1,8 +1,8 @@
 //! Charcloth: frames to pixels on the processor, no window, no graphics card.
 //!
 //! In reading order: [`camera`] puts the eye where it sees the sheet; [`surface`] takes what is seen of a frame;
-//! [`raster`] finds what each pixel sees; [`looks`] give it colour, with [`noise`] and [`light`]; [`flames`] stand on it; [`post`] turns light
-//! into a picture; [`picture`] and [`movie`] write it. A [`Renderer`] holds all of it:
+//! [`props`] are what it meets; [`raster`] finds what each pixel sees; [`looks`] give it colour, with [`noise`] and [`light`]; [`flames`]
+//! stand on it; [`post`] turns light into a picture; [`picture`] and [`movie`] write it. A [`Renderer`] holds all of it:
 //!
 //! ```
 //! use charcloth::frame::Frame;
@@ -27,23 +27,34 @@ pub mod movie;
 pub mod noise;
 pub mod picture;
 pub mod post;
+pub mod props;
 pub mod raster;
 mod specks;
 pub mod surface;
 mod video_signal;
 
+pub use crate::camera::View;
 pub use crate::error::RenderError;
 pub use crate::image::RgbImage;
 pub use crate::looks::LOOKS;
 pub use crate::movie::MovieWriter;
 pub use crate::picture::write_png;
 
-use crate::camera::View;
 use crate::looks::Look;
+use charcloth::contact::scenery::Scenery;
 use charcloth::frame::Frame;
 use charcloth::registry::find;
 use charcloth::scene::{Axis, Camera, Style};
 use glam::DVec3;
+
+/// Name of the look of a style.
+pub fn look_of(style: Style) -> &'static str {
+    match style {
+        Style::Shaded => "shaded",
+        Style::Wireframe => "wireframe",
+        Style::Split => "split",
+    }
+}
 
 /// Draws frames of one run: one camera, one look, one size.
 pub struct Renderer {
@@ -61,12 +72,7 @@ impl Renderer {
         size: [u32; 2],
         style: Style,
     ) -> Result<Self, RenderError> {
-        let name = match style {
-            Style::Shaded => "shaded",
-            Style::Wireframe => "wireframe",
-            Style::Split => "split",
-        };
-        Self::with_look(settings, up, bounds, size, name)
+        Self::with_look(settings, up, bounds, size, look_of(style))
     }
 
     /// The same, with a look by its name in [`LOOKS`].
@@ -77,9 +83,13 @@ impl Renderer {
         size: [u32; 2],
         look: &str,
     ) -> Result<Self, RenderError> {
+        Self::of(&View { settings: settings.clone(), up, bounds, size, scenery: Scenery::default() }, look)
+    }
+
+    /// A renderer for a view, obstacles and all, with a look by its name in [`LOOKS`].
+    pub fn of(view: &View, look: &str) -> Result<Self, RenderError> {
         let entry = find(LOOKS, look, "output.style")?;
-        let view = View { settings: settings.clone(), up, bounds, size };
-        Ok(Self { look: (entry.item)(&view)?, size })
+        Ok(Self { look: (entry.item)(view)?, size: view.size })
     }
 
     /// Draws a frame.

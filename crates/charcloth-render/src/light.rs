@@ -2,6 +2,7 @@
 
 use crate::camera::Camera;
 use crate::noise::noise;
+use crate::props::Props;
 use crate::surface::Surface;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -55,15 +56,18 @@ impl KeyLight {
         )
     }
 
-    /// Draws the map of a surface and reads it at every node: shadows on a sheet are soft and wide, so that is enough.
-    pub fn look_at(&mut self, surface: &Surface) {
+    /// Draws the map of a surface and of solid props, and reads it at every node: shadows on a sheet are soft and wide, so
+    /// that is enough.
+    pub fn look_at(&mut self, surface: &Surface, props: &Props) {
         let mut height = std::mem::take(&mut self.height);
         let points: Vec<Vec3> = surface.nodes.par_iter().map(|node| self.to_map(node.position)).collect();
+        let solid: Vec<Vec3> = props.position.iter().map(|position| self.to_map(*position)).collect();
         height.par_chunks_mut(MAP_SIDE * BAND).enumerate().for_each(|(band, rows)| {
             rows.fill(f32::NEG_INFINITY);
             let top = (band * BAND) as f32;
-            for corners in &surface.triangles {
-                let [a, b, c] = corners.map(|i| points[i as usize]);
+            let sheet = surface.triangles.iter().map(|corners| corners.map(|i| points[i as usize]));
+            let solids = props.triangles[props.flat..].iter().map(|corners| corners.map(|i| solid[i as usize]));
+            for [a, b, c] in sheet.chain(solids) {
                 let (low, high) = (a.min(b).min(c), a.max(b).max(c));
                 let area = (b - a).truncate().perp_dot((c - a).truncate());
                 if high.y < top || low.y >= top + BAND as f32 || high.x < 0.0 || area.abs() < 1e-9 {
@@ -100,8 +104,8 @@ impl KeyLight {
         self.on_node = on_node;
     }
 
-    /// Part of the key light that reaches a point of the sheet; `normal` is on the lit side.
-    fn reaches(&self, position: Vec3, normal: Vec3) -> f32 {
+    /// Part of the key light that reaches a point; `normal` is on the lit side.
+    pub fn reaches(&self, position: Vec3, normal: Vec3) -> f32 {
         let texel = 2.0 * self.reach / MAP_SIDE as f32;
         const TAPS: i32 = 2;
         const SHARE: f32 = 1.0 / ((2 * TAPS + 1) * (2 * TAPS + 1)) as f32;
@@ -122,11 +126,13 @@ impl KeyLight {
     }
 }
 
-/// Light of the fire on each node: glowing nodes are gathered into a few lamps, a little off the sheet.
+/// Light of the fire on each node, or anywhere: glowing nodes are gathered into a few lamps, a little off the sheet.
 #[derive(Debug, Clone, Default)]
 pub struct FireLight {
     /// Light that falls on a node, times what one square centimetre of full fire gives at one centimetre.
     pub on_node: Vec<f32>,
+    /// Places and powers.
+    lamps: Vec<(Vec3, f32)>,
 }
 
 impl FireLight {
@@ -146,29 +152,28 @@ impl FireLight {
             }
             cell *= 1.5;
         };
-        let lamps: Vec<(Vec3, f32)> = lamps
-            .values()
-            .map(|(sum, area)| {
-                let place = *sum / *area;
-                let flicker = 1.0 + 0.25 * noise(place * 60.0 + Vec3::splat(time as f32 * 9.0));
-                // The flame that lights the sheet stands over the edge that feeds it.
-                (place + up * 0.012, area * flicker)
-            })
-            .collect();
-        surface
-            .nodes
-            .par_iter()
-            .map(|node| {
-                let mut sum = 0.0;
-                for (place, power) in &lamps {
-                    let way = *place - node.position;
-                    let distance_squared = way.length_squared() + 1.5e-4;
-                    // A flame is centimetres tall: it lights the sheet under it from both sides, at every slant.
-                    let facing = 0.4 + 0.6 * way.dot(node.normal).abs() / distance_squared.sqrt();
-                    sum += power * facing / distance_squared;
-                }
-                sum
-            })
-            .collect_into_vec(&mut self.on_node);
+        self.lamps.clear();
+        self.lamps.extend(lamps.values().map(|(sum, area)| {
+            let place = *sum / *area;
+            let flicker = 1.0 + 0.25 * noise(place * 60.0 + Vec3::splat(time as f32 * 9.0));
+            // The flame that lights the sheet stands over the edge that feeds it.
+            (place + up * 0.012, area * flicker)
+        }));
+        let mut on_node = std::mem::take(&mut self.on_node);
+        surface.nodes.par_iter().map(|node| self.at(node.position, node.normal)).collect_into_vec(&mut on_node);
+        self.on_node = on_node;
+    }
+
+    /// Light that falls on a point.
+    pub fn at(&self, position: Vec3, normal: Vec3) -> f32 {
+        let mut sum = 0.0;
+        for (place, power) in &self.lamps {
+            let way = *place - position;
+            let distance_squared = way.length_squared() + 1.5e-4;
+            // A flame is centimetres tall: it lights the sheet under it from both sides, at every slant.
+            let facing = 0.4 + 0.6 * way.dot(normal).abs() / distance_squared.sqrt();
+            sum += power * facing / distance_squared;
+        }
+        sum
     }
 }

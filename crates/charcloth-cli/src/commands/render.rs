@@ -1,13 +1,15 @@
 //! `charcloth render`: draws frames of a run again, with another look, size or camera.
 
 use super::{Outcome, Run, run::looks};
+use crate::files::Files;
 use crate::film::{Film, Shot};
 use crate::frames::{CameraChange, Frames, parse_size};
 use crate::{interrupt, run_folder};
 use anyhow::{Context, bail};
+use charcloth::contact::scenery::Scenery;
 use charcloth::scene::Scene;
 use charcloth_io::cache::CacheReader;
-use charcloth_io::scene_file::load;
+use charcloth_io::scene_file::{Case, load};
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -37,20 +39,35 @@ pub struct Arguments {
     output: Option<PathBuf>,
 }
 
+/// What the sheet of a run meets.
+fn scenery(case: &Case) -> anyhow::Result<Scenery> {
+    if case.scene.obstacle.is_empty() {
+        return Ok(Scenery::default());
+    }
+    Ok(Scenery::of(&case.scene, &case.read_inputs(&Files)?.0)?)
+}
+
 impl Run for Arguments {
     fn run(self) -> anyhow::Result<Outcome> {
         let cache = CacheReader::open(&self.cache)?;
         let folder = cache.folder().parent().map_or_else(PathBuf::new, PathBuf::from);
-        let mut scene = match folder.join(run_folder::SCENE) {
-            path if path.is_file() => load(&path, &[])?.cases.swap_remove(0).scene,
-            _ => Scene::default(), // a cache on its own: the default camera
+        let (mut scene, scenery) = match folder.join(run_folder::SCENE) {
+            path if path.is_file() => {
+                let case = load(&path, &[])?.cases.swap_remove(0);
+                let scenery = scenery(&case).unwrap_or_else(|error| {
+                    eprintln!("obstacles are not drawn: {error:#}");
+                    Scenery::default()
+                });
+                (case.scene, scenery)
+            }
+            _ => (Scene::default(), Scenery::default()), // a cache on its own: the default camera
         };
         scene.time.fps = if cache.meta().fps > 0.0 { cache.meta().fps } else { scene.time.fps };
         scene.output.size = self.size.unwrap_or(scene.output.size);
         if let Some(change) = self.camera {
             change.apply(&mut scene.output.camera);
         }
-        let shot = Shot { scene, look: self.style };
+        let shot = Shot { scene, scenery, look: self.style };
 
         let there = cache.frames()?;
         let Some(first) = there.first() else { bail!("{} has no frames yet", self.cache.display()) };

@@ -10,6 +10,7 @@ use crate::recorder::Recorder;
 use crate::run_folder::{self, human_bytes, human_time};
 use crate::{interrupt, scenes};
 use anyhow::{Context, bail};
+use charcloth::contact::scenery::Scenery;
 use charcloth::scene::Output;
 use charcloth::simulation::Simulation;
 use charcloth_io::cache::{CacheWriter, RunInfo};
@@ -113,7 +114,8 @@ impl Run for Arguments {
         self.introduce(&case, &simulation, &folder, resumed_from, &warnings);
 
         interrupt::watch()?;
-        let preview = self.preview(&case, &folder, resumed_from)?;
+        let scenery = Scenery::of(&case.scene, &inputs).map_err(|error| case.explain(&error))?;
+        let preview = self.preview(&case, scenery, &folder, resumed_from)?;
         let first = resumed_from.map_or(0, |frame| frame + 1);
         let report = self.report();
         let mut recorder = Recorder::new(cache, preview, first, last, report);
@@ -228,7 +230,13 @@ impl Arguments {
         println!("{} nodes, {last} frames{from}, at most {disk} of disk in {}", frame.motion.len(), folder.display());
     }
 
-    fn preview(&self, case: &Case, folder: &Path, resumed_from: Option<u32>) -> anyhow::Result<Option<Preview>> {
+    fn preview(
+        &self,
+        case: &Case,
+        scenery: Scenery,
+        folder: &Path,
+        resumed_from: Option<u32>,
+    ) -> anyhow::Result<Option<Preview>> {
         let last = case.scene.time.frames;
         let stills = chosen_stills(&case.scene.output, last);
         if self.no_movie && stills.is_empty() {
@@ -236,7 +244,7 @@ impl Arguments {
         }
         let plan = Plan {
             folder: folder.to_owned(),
-            shot: Shot { scene: case.scene.clone(), look: self.style.clone() },
+            shot: Shot { scene: case.scene.clone(), scenery, look: self.style.clone() },
             movie: !self.no_movie,
             movie_from: self.frames.filter(|frames| !frames.single).and_then(|frames| frames.first).unwrap_or(0),
             stills,

@@ -11,11 +11,12 @@ use crate::image::RgbImage;
 use crate::light::{FireLight, KeyLight};
 use crate::noise::{fractal, noise};
 use crate::post::Post;
+use crate::props::Props;
 use crate::raster::{Fragment, Raster, Shader};
 use crate::specks;
 use crate::surface::{Node, Surface};
 use charcloth::frame::Frame;
-use glam::{Vec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 
 /// Burnt part at which the most fragile spots are gone, and at which everything is.
 /// tuned: from 0.7; holes must begin before the fuel is quite gone, or the mesh is seen where triangles are cut.
@@ -30,6 +31,8 @@ const GROUND: Vec3 = Vec3::new(0.085, 0.075, 0.065);
 const FIRE: Vec3 = Vec3::new(1.0, 0.36, 0.075);
 const CHAR: Vec3 = Vec3::new(0.016, 0.0145, 0.0135);
 const ASH: Vec3 = Vec3::new(0.21, 0.20, 0.19);
+const TABLE: Vec3 = Vec3::new(0.105, 0.090, 0.078);
+const CLAY: Vec3 = Vec3::new(0.29, 0.27, 0.25);
 /// Part of the light on one side of white paper that comes through on the other.
 const THROUGH: f32 = 0.16;
 
@@ -57,6 +60,10 @@ struct Shaded {
     camera: Camera,
     raster: Raster,
     surface: Surface,
+    props: Props,
+    /// Sheet and props together.
+    position: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
     key: KeyLight,
     fire: FireLight,
     light: Vec<Vec3A>,
@@ -68,6 +75,9 @@ pub fn build(view: &View) -> Result<Box<dyn Look>, RenderError> {
     let camera = Camera::build(view)?;
     Ok(Box::new(Shaded {
         key: KeyLight::build(&camera),
+        props: Props::build(&view.scenery, &camera),
+        position: Vec::new(),
+        triangles: Vec::new(),
         camera,
         raster: Raster::default(),
         surface: Surface::default(),
@@ -79,21 +89,29 @@ pub fn build(view: &View) -> Result<Box<dyn Look>, RenderError> {
 
 impl Look for Shaded {
     fn draw(&mut self, frame: &Frame, image: &mut RgbImage) -> Result<(), RenderError> {
-        let Self { camera, raster, surface, key, fire, light, post } = self;
+        let Self { camera, raster, surface, props, position, triangles, key, fire, light, post } = self;
         surface.gather(frame, camera.target)?;
-        key.look_at(surface);
+        props.move_to(frame.time, camera.target);
+        position.clone_from(&surface.position);
+        position.extend_from_slice(&props.place);
+        triangles.clone_from(&surface.triangles);
+        let first = surface.position.len() as u32;
+        triangles.extend(props.triangles.iter().map(|corners| corners.map(|i| i + first)));
+        key.look_at(surface, props);
         fire.look_at(surface, camera.up.as_vec3(), frame.time);
         let paper = Paper {
             surface,
+            props,
+            camera,
             key,
-            fire: &fire.on_node,
+            fire,
             eye: (camera.eye - camera.target).as_vec3(),
             up: camera.up.as_vec3(),
             pixel: camera.pixel_width() as f32,
             radius: camera.radius as f32,
             time: frame.time as f32,
         };
-        raster.draw(camera, &surface.position, &surface.triangles, &paper, light);
+        raster.draw(camera, position, triangles, &paper, light);
         specks::add(frame, camera, light, |temperature| ramp(&EMBER, temperature));
         flames::add(frame, camera, light);
         post.bloom(light, camera.size);
@@ -104,8 +122,10 @@ impl Look for Shaded {
 
 struct Paper<'a> {
     surface: &'a Surface,
+    props: &'a Props,
+    camera: &'a Camera,
     key: &'a KeyLight,
-    fire: &'a [f32],
+    fire: &'a FireLight,
     eye: Vec3,
     up: Vec3,
     /// Width of a pixel on the sheet [m].
@@ -159,9 +179,38 @@ impl Paper<'_> {
     }
 }
 
+impl Paper<'_> {
+    /// Colour of what the sheet meets: dull, and plain enough not to draw the eye.
+    fn shade_prop(&self, triangle: usize, fragment: &Fragment) -> Vec3A {
+        let (corners, w) = (self.props.triangles[triangle], fragment.weights);
+        let mix = |of: [Vec3; 3]| of[0] * w[0] + of[1] * w[1] + of[2] * w[2];
+        let position = mix(corners.map(|i| self.props.position[i as usize]));
+        let mut normal = mix(self.props.normal[triangle]).normalize_or(self.up);
+        if normal.dot(self.eye - position) < 0.0 {
+            normal = -normal;
+        }
+        let plane = triangle < self.props.flat;
+        let facing = normal.dot(self.key.direction).max(0.0);
+        let lit = if facing > 0.0 { self.key.reaches(position, normal) } else { 0.0 };
+        let near = (0.84 + 0.34 * position.dot(self.key.direction) / self.radius).clamp(0.3, 1.2);
+        let sky = GROUND.lerp(SKY, 0.5 + 0.5 * normal.dot(self.up));
+        let light = KEY * (facing * lit * near) + sky + FIRE * (self.fire.at(position, normal) * 1.1).min(1.6);
+        let grain = 1.0 + 0.06 * noise(position * (1.0 / 0.02)) + 0.04 * noise(position * (1.0 / 0.004));
+        let colour = Vec3A::from(if plane { TABLE } else { CLAY } * grain * light);
+        if !plane {
+            return colour;
+        }
+        let point = self.camera.project(self.camera.target + position.as_dvec3());
+        let [width, height] = self.camera.size.map(f64::from);
+        let behind = self.background((point.x / width) as f32, (point.y / height) as f32);
+        colour.lerp(behind, smooth(0.2, 0.95, position.length() / self.props.far))
+    }
+}
+
 impl Shader for Paper<'_> {
     fn may_cut(&self, triangle: usize) -> bool {
-        self.surface.triangles[triangle].iter().any(|i| self.surface.nodes[*i as usize].gone > HOLES_BEGIN)
+        let corners = self.surface.triangles.get(triangle);
+        corners.is_some_and(|corners| corners.iter().any(|i| self.surface.nodes[*i as usize].gone > HOLES_BEGIN))
     }
 
     fn keeps(&self, triangle: usize, weights: [f32; 3]) -> bool {
@@ -171,6 +220,9 @@ impl Shader for Paper<'_> {
     }
 
     fn shade(&self, fragment: &Fragment) -> Vec3A {
+        if let Some(prop) = fragment.triangle.checked_sub(self.surface.triangles.len()) {
+            return self.shade_prop(prop, fragment);
+        }
         let corners = self.surface.triangles[fragment.triangle].map(|i| i as usize);
         let nodes: [&Node; 3] = corners.map(|i| &self.surface.nodes[i]);
         let w = fragment.weights;
@@ -229,7 +281,7 @@ impl Shader for Paper<'_> {
         let straight = facing.max(0.0) * (1.0 - THROUGH * pale);
         let through = (-facing).max(0.0) * THROUGH * pale + facing.max(0.0) * THROUGH * pale * 0.3;
         let sky = GROUND.lerp(SKY, 0.5 + 0.5 * normal.dot(self.up));
-        let on_fire: f32 = (0..3).map(|k| self.fire[corners[k]] * w[k]).sum();
+        let on_fire: f32 = (0..3).map(|k| self.fire.on_node[corners[k]] * w[k]).sum();
         // The lamp is near: what is farther from it gets less.
         let near = 0.84 + 0.34 * position.dot(self.key.direction) / self.radius;
         let key = KEY * straight + KEY * Vec3::new(1.0, 0.86, 0.66) * through;
