@@ -44,6 +44,7 @@ pub mod integrators;
 pub mod kernels;
 pub mod particles;
 pub mod physical;
+pub mod plume;
 pub mod shell;
 pub mod simulation;
 pub mod solver;

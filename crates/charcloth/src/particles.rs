@@ -8,6 +8,7 @@
 
 use crate::contact::scenery::{Plane, Scenery};
 use crate::effects::wind::{Air, PLATE_DRAG};
+use crate::plume::Plume;
 use crate::scene::Scene;
 use crate::sheet::{NONE, Particles, SheetState};
 use crate::tear;
@@ -176,12 +177,13 @@ impl Shed {
     }
 
     /// Moves the particles through a step from a time on [s] (Eq. 17.8).
-    pub fn advance(&self, particles: &mut Particles, time: f64, dt: f64) {
-        let air = self.air.velocity(time);
+    pub fn advance(&self, particles: &mut Particles, plume: &Plume, time: f64, dt: f64) {
+        let wind = self.air.velocity(time);
         for p in 0..particles.lies.len() {
             if particles.lies[p] != 0 {
                 continue;
             }
+            let air = wind + plume.velocity(particles.position[p]);
             let mass = particles.mass[p].max(LIGHTEST);
             let velocity = particles.velocity[p];
             // Drag for the speed now, taken implicitly: it never turns a particle round.

@@ -344,6 +344,8 @@ fields! {
         heat_of_oxidation: f64, "J", Copy;
         /// Heat released in flames.
         heat_of_flames: f64, "J", Copy;
+        /// Mean heat release of flames in the last frame.
+        power_of_flames: f64, "W", Copy;
         /// Of the heat of flames, what did not go to the sheet.
         heat_of_flames_lost: f64, "J", Copy;
         /// Mass of the sheet at the start.

@@ -1,16 +1,19 @@
 //! The step, and the run around it.
 
+mod summary;
+
+pub use summary::Summary;
+
 use crate::build::{self, Built};
 use crate::burn_mesh::BurnMap;
 use crate::contact::scenery::Scenery;
-use crate::counters::{Stages, peak_memory_bytes};
+use crate::counters::Stages;
 use crate::crack::Cracks;
 use crate::effects::conduction::conductances;
 use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
 use crate::error::Error;
 use crate::frame::{Frame, Sample, Sink, fine_normals, node_normals};
 use crate::homogenise;
-use crate::integrators::symplectic_euler::strains;
 use crate::integrators::{Advanced, INTEGRATORS, Integrator, MEETS, Step};
 use crate::kernels::heat::ConductanceRow;
 use crate::kernels::{Links, VectorUnit};
@@ -21,6 +24,7 @@ use crate::mesh::SurfaceMesh;
 use crate::motion::{Guide, MeshSequence};
 use crate::particles::Shed;
 use crate::physical::Physical;
+use crate::plume::Plume;
 use crate::registry;
 use crate::scene::{Model, Scene};
 use crate::select;
@@ -28,7 +32,6 @@ use crate::sheet::SheetState;
 use crate::tear;
 use crate::thermo::{Burning, Moment};
 use glam::DVec3;
-use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -58,109 +61,6 @@ pub struct Inputs {
     pub images: BTreeMap<String, GreyImage>,
     /// The material that `sheet.material` names, for the physical model.
     pub material: Option<Material>,
-}
-
-/// What a run came to; `summary.json` is this, key for key.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-#[allow(non_snake_case)] // keys carry their units
-#[allow(missing_docs)] // the keys are described in docs/cache.md
-pub struct Summary {
-    pub version: String,
-    pub scene: String,
-    pub model: String,
-    pub seed: u64,
-    pub frames: u32,
-    pub nodes: usize,
-    pub triangles: usize,
-    pub springs: usize,
-    pub threads: usize,
-    pub time_step_s: f64,
-    pub substeps: u32,
-    /// Iterations of Newton's method and of the linear solver since the start or the resumption, where motion is implicit.
-    pub newton_iterations: u64,
-    pub linear_iterations: u64,
-    pub wall_s: f64,
-    pub stage_wall_s: BTreeMap<String, f64>,
-    pub fuel_initial_kg: f64,
-    pub fuel_burnt_kg: f64,
-    pub heat_released_J: f64,
-    /// None where the model has no conserved energy (literal heat capacity).
-    pub energy_error: Option<f64>,
-    pub mass_error: f64,
-    pub burnt_area_fraction: f64,
-    pub springs_broken: usize,
-    pub pieces: usize,
-    pub strain_max: f64,
-    pub strain_p99: f64,
-    /// Largest distance of a node from the plane the sheet lay in, over the diagonal of the sheet.
-    pub out_of_plane: f64,
-    /// Length of the longest column of a grid over its length at rest; none for other sheets.
-    pub stretch: Option<f64>,
-    /// Pairs of triangles that cross each other in the last frame.
-    pub intersecting_pairs: usize,
-    /// The most at the end of any frame, obstacles among them, and pairs that passed through each other in any step;
-    /// none without contact.
-    pub intersecting_pairs_max: Option<u32>,
-    pub passed_through: Option<u32>,
-    pub peak_memory_bytes: u64,
-    pub warnings: Vec<String>,
-}
-
-impl Summary {
-    /// A quantity by its key, where it is a number.
-    pub fn value(&self, key: &str) -> Option<f64> {
-        Some(match key {
-            "frames" => f64::from(self.frames),
-            "nodes" => self.nodes as f64,
-            "triangles" => self.triangles as f64,
-            "springs" => self.springs as f64,
-            "time_step_s" => self.time_step_s,
-            "substeps" => f64::from(self.substeps),
-            "fuel_initial_kg" => self.fuel_initial_kg,
-            "fuel_burnt_kg" => self.fuel_burnt_kg,
-            "heat_released_J" => self.heat_released_J,
-            "energy_error" => self.energy_error?,
-            "mass_error" => self.mass_error,
-            "burnt_area_fraction" => self.burnt_area_fraction,
-            "springs_broken" => self.springs_broken as f64,
-            "pieces" => self.pieces as f64,
-            "strain_max" => self.strain_max,
-            "strain_p99" => self.strain_p99,
-            "out_of_plane" => self.out_of_plane,
-            "stretch" => self.stretch?,
-            "intersecting_pairs" => self.intersecting_pairs as f64,
-            "intersecting_pairs_max" => f64::from(self.intersecting_pairs_max?),
-            "passed_through" => f64::from(self.passed_through?),
-            "newton_iterations" => self.newton_iterations as f64,
-            _ => return None,
-        })
-    }
-
-    /// Keys that are numbers a scene may expect something of.
-    pub const NUMBERS: &'static [&'static str] = &[
-        "frames",
-        "nodes",
-        "triangles",
-        "springs",
-        "time_step_s",
-        "substeps",
-        "fuel_initial_kg",
-        "fuel_burnt_kg",
-        "heat_released_J",
-        "energy_error",
-        "mass_error",
-        "burnt_area_fraction",
-        "springs_broken",
-        "pieces",
-        "strain_max",
-        "strain_p99",
-        "out_of_plane",
-        "stretch",
-        "intersecting_pairs",
-        "intersecting_pairs_max",
-        "passed_through",
-        "newton_iterations",
-    ];
 }
 
 /// Builds the physical model of a scene.
@@ -220,6 +120,8 @@ pub struct Simulation {
     cracks: Option<Cracks>,
     /// What comes off, in the physical model.
     shed: Option<Shed>,
+    /// Air that rises over flames; of the state at the start of the frame.
+    plume: Plume,
     flames: Vec<Flame>,
     measures: Probes,
     scratch: Scratch,
@@ -321,6 +223,7 @@ impl Simulation {
             physical,
             cracks,
             shed,
+            plume: Plume::default(),
             flames,
             scratch: Scratch::default(),
             topology: 0,
@@ -416,7 +319,11 @@ impl Simulation {
     pub fn advance_frame(&mut self) -> Result<(), Error> {
         let start = Instant::now();
         let frame_time = 1.0 / self.scene.time.fps;
+        let heat_before = self.built.state.books.heat_of_flames[0];
         self.lay_out();
+        if self.scene.wind.updraught {
+            self.plume = Plume::of(&self.built.state, self.built.up);
+        }
         let longest = {
             let now = self.now();
             let by_effects = self.effects.iter().map(|e| e.longest_step(&now)).fold(f64::INFINITY, f64::min);
@@ -431,6 +338,7 @@ impl Simulation {
         // Sums of steps drift in the last digits; the clock does not.
         let books = &mut self.built.state.books;
         books.frame[0] += 1;
+        books.power_of_flames[0] = (books.heat_of_flames[0] - heat_before) / frame_time;
         books.time[0] = f64::from(books.frame[0]) * frame_time;
         if self.meets {
             let Self { built: Built { state, .. }, integrator, stages, topology, .. } = self;
@@ -478,7 +386,8 @@ impl Simulation {
             books.strain_max[0] = books.strain_max[0].max(self.last.strain_max);
             if let Some(shed) = &self.shed {
                 let SheetState { particles, books, .. } = &mut self.built.state;
-                self.stages.time("particles", || shed.advance(particles, books.time[0], dt));
+                let plume = &self.plume;
+                self.stages.time("particles", || shed.advance(particles, plume, books.time[0], dt));
             }
             // 5. Where springs have given way, the sheet comes apart.
             let changed = self.stages.time("tear", || tear::split(&mut self.built.state));
@@ -652,6 +561,7 @@ impl Simulation {
             heat_links: &self.scratch.heat_links,
             conductance: &self.scratch.conductance,
             time: self.time(),
+            plume: &self.plume,
             up: self.built.up,
             unit: self.unit,
             parallel: self.parallel,
@@ -828,53 +738,5 @@ impl Simulation {
             hand_over = true;
         }
         sink.finish()
-    }
-
-    /// What the run came to so far.
-    pub fn summary(&self) -> Summary {
-        let state = &self.built.state;
-        let mut all_strains: Vec<f64> = strains(state).collect();
-        all_strains.sort_unstable_by(f64::total_cmp);
-        let p99 = all_strains.get(all_strains.len().saturating_sub(1) * 99 / 100).copied().unwrap_or(0.0);
-        Summary {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            scene: self.scene.name.clone(),
-            model: match self.scene.model {
-                Model::Moidu2004 => "moidu2004".to_owned(),
-                Model::Physical => "physical".to_owned(),
-            },
-            seed: self.scene.seed,
-            frames: self.frame_number(),
-            nodes: state.motion.len(),
-            triangles: state.triangles.len(),
-            springs: state.springs.len(),
-            threads: rayon::current_num_threads(),
-            time_step_s: self.last_step,
-            substeps: self.last.substeps,
-            newton_iterations: self.iterations[0],
-            linear_iterations: self.iterations[1],
-            wall_s: self.wall,
-            stage_wall_s: self.stages.seconds(),
-            fuel_initial_kg: state.burn.fuel_initial.iter().sum(),
-            fuel_burnt_kg: state.books.fuel_burnt[0],
-            heat_released_J: state.books.heat_released[0],
-            energy_error: match &self.physical {
-                Some(physical) => Some(physical.energy_error(state)),
-                None => ledger::energy_error(state, &self.burning),
-            },
-            mass_error: self.physical.as_ref().map_or_else(|| ledger::mass_error(state), |it| it.mass_error(state)),
-            burnt_area_fraction: measure::burnt_area_fraction(state),
-            springs_broken: state.springs.broken.iter().filter(|b| **b != 0).count(),
-            pieces: tear::pieces(state),
-            strain_max: state.books.strain_max[0],
-            strain_p99: p99,
-            out_of_plane: measure::out_of_plane(&self.built),
-            stretch: measure::stretch(&self.built),
-            intersecting_pairs: measure::intersecting_pairs(state),
-            intersecting_pairs_max: self.meets.then(|| state.books.crossings_max[0]),
-            passed_through: self.meets.then(|| state.books.passed_through[0]),
-            peak_memory_bytes: peak_memory_bytes(),
-            warnings: self.warnings.clone(),
-        }
     }
 }

@@ -11,6 +11,7 @@ use charcloth::kernels::heat::ConductanceRow;
 use charcloth::kernels::{Links, VectorUnit};
 use charcloth::layout;
 use charcloth::mesh::SurfaceMesh;
+use charcloth::plume::Plume;
 use charcloth::scene::{ConductionDistance, CurlLaw, Scene, Shape, ThermalForceLaw};
 use charcloth::sheet::SheetState;
 use charcloth::simulation::Simulation;
@@ -41,6 +42,7 @@ struct Stage {
     area: Vec<f64>,
     heat_links: Links,
     conductance: Vec<ConductanceRow>,
+    plume: Plume,
 }
 
 impl Stage {
@@ -50,11 +52,12 @@ impl Stage {
         let mut conductance = Vec::new();
         conductances(&state, &heat_links, scene.fire.distance, &mut conductance);
         let normal = node_normals(&state.motion.position, &state.triangles);
-        Self { normal, area: state.burn.area.clone(), heat_links, conductance, state }
+        Self { normal, area: state.burn.area.clone(), heat_links, conductance, plume: Plume::default(), state }
     }
 
     fn now(&self) -> Now<'_> {
         Now {
+            plume: &self.plume,
             state: &self.state,
             normal: &self.normal,
             area: &self.area,

@@ -11,6 +11,7 @@ pub mod wind;
 
 use crate::kernels::heat::ConductanceRow;
 use crate::kernels::{Links, VectorUnit};
+use crate::plume::Plume;
 use crate::registry::Entry;
 use crate::scene::Scene;
 use crate::sheet::SheetState;
@@ -30,6 +31,8 @@ pub struct Now<'a> {
     pub conductance: &'a [ConductanceRow],
     /// Simulated time [s].
     pub time: f64,
+    /// Air that rises over flames.
+    pub plume: &'a Plume,
     /// Direction that leads up.
     pub up: DVec3,
     /// Vector unit to use.

@@ -1,8 +1,8 @@
 //! Air pushes on the surface.
 //!
 //! Model: F_i = C A_i [n . (u - v)] n, Eq. 6.5b, u the wind with gusts, with a C that is a knob [Provot1995]; or with that of a
-//! plate broadside to the air, Eq. 17.7, which grows with the speed [Hoerner1965]. Valid when: air that a fire moves does
-//! not count. Gusts are a sum of three sines of incommensurate periods, seeded. Cost: one pass over the nodes.
+//! plate, Eq. 17.7, which grows with the speed [Hoerner1965]: its part across the stream is the lift. Flames add the air that
+//! rises over them (`plume.rs`). Valid when: the sheet does not change the wind. Gusts are a sum of three sines of incommensurate periods, seeded. Cost: one pass over the nodes.
 
 use super::{Effect, ForceDerivatives, Forces, Now};
 use crate::particles::density_of_air;
@@ -13,6 +13,8 @@ use glam::{DMat3, DVec3};
 
 /// Drag coefficient of a flat plate broadside to the air. [Hoerner1965]: 1.17 for discs and squares
 pub const PLATE_DRAG: f64 = 1.17;
+/// Part of its speed that the force on a plate may take from a node in a step: held over it, a half is stable.
+const MOST_OF_SPEED: f64 = 0.5;
 
 struct Wind {
     air: Air,
@@ -78,14 +80,14 @@ impl Air {
 }
 
 impl Wind {
-    /// Drag on a node over the speed along its normal [N s/m].
-    fn rate(&self, now: &Now<'_>, i: usize, along: f64) -> f64 {
+    /// Force on a node along its normal over its speed along it [N s/m], both against the air.
+    fn rate(&self, now: &Now<'_>, i: usize, against: DVec3) -> f64 {
         match self.law {
             DragLaw::Linear => self.coefficient * now.area[i],
-            // Eq. 17.7, no more than takes all of the speed in a step.
+            // Eq. 17.7, no more than takes half of the speed in a step.
             DragLaw::Plate => {
-                let rate = self.coefficient * along.abs() * now.area[i];
-                rate / (1.0 + rate * self.step / now.state.mass(i).max(f64::MIN_POSITIVE))
+                let most = MOST_OF_SPEED * now.state.mass(i) / self.step;
+                (self.coefficient * against.length() * now.area[i]).min(most)
             }
         }
     }
@@ -96,8 +98,8 @@ impl Effect for Wind {
         let air = self.air.velocity(now.time);
         for i in 0..forces.force.len() {
             let normal = now.normal[i];
-            let along = normal.dot(air - now.state.motion.velocity[i]);
-            forces.force[i] += normal * (self.rate(now, i, along) * along); // Eq. 6.5b
+            let against = air + now.plume.velocity(now.state.motion.position[i]) - now.state.motion.velocity[i];
+            forces.force[i] += normal * (self.rate(now, i, against) * normal.dot(against)); // Eq. 6.5b
         }
     }
 
@@ -105,10 +107,10 @@ impl Effect for Wind {
         let air = self.air.velocity(now.time);
         for (i, by_velocity) in derivatives.by_velocity.iter_mut().enumerate() {
             let normal = now.normal[i];
-            let along = normal.dot(air - now.state.motion.velocity[i]);
+            let against = air + now.plume.velocity(now.state.motion.position[i]) - now.state.motion.velocity[i];
             let outer = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
-            // Drag by the square of the speed changes twice as fast, but where the step holds it back.
-            *by_velocity -= outer * self.rate(now, i, along);
+            // Up to twice as much by the law of plates: what the speed itself does to the rate is left out.
+            *by_velocity -= outer * self.rate(now, i, against);
         }
     }
 

@@ -226,6 +226,8 @@ pub struct Wind {
     pub gust: Ratio,
     /// How long a gust lasts.
     pub gust_time: Time,
+    /// Whether the hot air that rises over flames carries the sheet, flakes and ash along.
+    pub updraught: bool,
     /// The speed over time, in the place of `velocity`: linear between rows, as in the first and last before and after.
     pub key: Vec<WindKey>,
 }
@@ -248,6 +250,7 @@ impl Default for Wind {
             coefficient: DragCoefficient(0.6), // tuned: rho_air |v| / 2 at 1 m/s, 0.1 to 5
             gust: Ratio(0.0),
             gust_time: Time(0.5),
+            updraught: true,
             key: Vec::new(),
         }
     }
