@@ -114,3 +114,17 @@ fn usd_that_blender_exports_is_read() {
         }
     }
 }
+
+#[test]
+fn alembic_that_blender_exports_is_read() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-abc");
+    check(&in_blender(python, &folder.0, "abc_written.py", &[&folder.0]), "SOUND");
+    let [mesh, expected] =
+        ["sheet.abc", "expected.obj"].map(|name| read_mesh(&folder.0.join(name), LengthUnit::M).unwrap());
+    assert_eq!(mesh.triangles, expected.triangles);
+    assert_eq!(mesh.corner_uv, expected.corner_uv);
+    for (place, there) in mesh.positions.iter().zip(&expected.positions) {
+        assert!(place.distance(*there) < 1e-6, "{place}, {there}");
+    }
+}
