@@ -161,6 +161,7 @@ const EXPORT_HELPERS: &[&str] = &[
     "twin",
     "twin_obj",
     "usd_crate",
+    "vdb_grid",
 ];
 
 /// Folders whose `mod.rs` has a table, and the files in them that are no row of it but help the others.

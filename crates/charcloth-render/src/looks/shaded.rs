@@ -9,12 +9,12 @@ use crate::error::RenderError;
 use crate::flames;
 use crate::image::RgbImage;
 use crate::light::{FireLight, KeyLight};
-use crate::noise::{fractal, noise};
 use crate::post::Post;
 use crate::raster::{Fragment, Raster, Shader};
 use crate::specks;
 use crate::surface::{Node, Surface};
 use charcloth::frame::Frame;
+use charcloth::noise::{fractal, noise};
 use glam::{Vec3, Vec3A};
 
 /// Burnt part at which the most fragile spots are gone, and at which everything is.
