@@ -11,6 +11,7 @@ mod environment;
 mod skipped;
 
 use charcloth::scene::LengthUnit;
+use charcloth_io::exporters::vdb_grid::{Grid, write};
 use charcloth_io::importers::read_mesh;
 use common::{Folder, run};
 use skipped::skipped;
@@ -85,8 +86,9 @@ fn the_add_on_burns_a_plane() {
 fn blender_imports_usd_and_alembic() {
     let Some(python) = blender() else { return };
     let folder = Folder::new("blender-files");
-    let scene =
-        ["run", "a4", "--set", "up=z", "--set", "sheet.spacing=8mm", "--frames", LAST, "--no-movie", "-o", "run"];
+    // On a burn mesh finer than the one that moves, points lie within the faces of the input.
+    let sets = ["--set", "up=z", "--set", "sheet.spacing=12mm", "--set", "sheet.burn_level=1"];
+    let scene = [&["run", "a4"], &sets[..], &["--frames", LAST, "--no-movie", "-o", "run"]].concat();
     let exports = ["usd", "abc"].map(|format| ["export", "run", "--format", format, "--mean-velocities"]);
     for arguments in std::iter::once(&scene[..]).chain(exports.iter().map(|export| &export[..])) {
         let (code, out, error) = run(&folder.0, arguments);
@@ -113,4 +115,68 @@ fn usd_that_blender_exports_is_read() {
             assert_eq!(painted, [i as f32 / 64.0, i as f32 / 128.0, 0.5], "{name}");
         }
     }
+}
+
+#[test]
+fn alembic_that_blender_exports_is_read() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-abc");
+    check(&in_blender(python, &folder.0, "abc_written.py", &[&folder.0]), "SOUND");
+    let [mesh, expected] =
+        ["sheet.abc", "expected.obj"].map(|name| read_mesh(&folder.0.join(name), LengthUnit::M).unwrap());
+    assert_eq!(mesh.triangles, expected.triangles);
+    assert_eq!(mesh.corner_uv, expected.corner_uv);
+    for (place, there) in mesh.positions.iter().zip(&expected.positions) {
+        assert!(place.distance(*there) < 1e-6, "{place}, {there}");
+    }
+}
+
+#[test]
+fn openvdb_reads_grids_to_the_bit() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-vdb");
+    let mut bits = 12345u64;
+    let mut random = || {
+        // Marsaglia's xorshift: any numbers will do.
+        bits ^= bits << 13;
+        bits ^= bits >> 7;
+        bits ^= bits << 17;
+        bits
+    };
+    let mut grids = ["flame", "temperature"].map(|name| Grid::new(name, 0.0017));
+    let mut expected = String::new();
+    for k in 0..3000u64 {
+        // Near the origin, around it, and in other cubes of 4096 voxels.
+        let span = [20, 400, 20_000][k as usize % 3];
+        let at = [0; 3].map(|_| (random() % (2 * span)) as i32 - span as i32);
+        let values = [(k + 1) as f32 / 3001.0, 300.0 + (random() % 4096) as f32 / 7.0];
+        for (grid, value) in grids.iter_mut().zip(values) {
+            *grid.at(at) = value;
+        }
+        expected += &format!("{} {} {} {} {}\n", at[0], at[1], at[2], values[0].to_bits(), values[1].to_bits());
+    }
+    std::fs::write(folder.0.join("expected.txt"), expected).unwrap();
+    let mut bytes = Vec::new();
+    write(&grids, &mut bytes).unwrap();
+    std::fs::write(folder.0.join("grids.vdb"), &bytes).unwrap();
+    let mut again = Vec::new();
+    write(&grids, &mut again).unwrap();
+    assert!(bytes == again, "the file has the same bytes");
+    write(&[Grid::new("flame", 0.002)], &mut std::fs::File::create(folder.0.join("empty.vdb")).unwrap()).unwrap();
+    check(&in_blender(python, &folder.0, "grids.py", &[&folder.0]), "SOUND");
+}
+
+#[test]
+fn blender_shows_flames() {
+    let Some(python) = blender() else { return };
+    let folder = Folder::new("blender-flames");
+    let steps: [&[&str]; 2] = [
+        &["run", "match", "--set", "up=z", "--frames", "20", "--no-movie", "-o", "run"],
+        &["export", "run", "--format", "vdb", "--frames", "18..20"],
+    ];
+    for arguments in steps {
+        let (code, out, error) = run(&folder.0, arguments);
+        assert_eq!(code, 0, "{out}{error}");
+    }
+    check(&in_blender(python, &folder.0, "flames.py", &[&folder.0.join("run")]), "SOUND");
 }

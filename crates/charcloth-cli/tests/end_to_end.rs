@@ -3,7 +3,7 @@
 mod common;
 
 use charcloth_io::exporters::{EXPORTERS, Writer};
-use common::{Folder, SMALL, run};
+use common::{FLAMES, Folder, SMALL, run};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -169,9 +169,14 @@ fn frames_are_drawn_and_exported() {
     assert!(code == 2 && error.contains("frames 0 to 4"), "{error}");
     let (code, _, error) = run(&folder.0, &["render", "runs/small", "-o", "film.avi"]);
     assert!(code == 2 && error.contains(".mp4"), "{error}");
+    folder.write("flames.toml", FLAMES);
+    fine(&folder.0, &["run", "flames.toml", "-o", "runs/flames", "--no-movie", "-q"]);
     for row in EXPORTERS {
-        let arguments = ["export", "runs/small", "--format", row.name, "--frames", "1..2", "--resolution", "64"];
+        // Flames are of one model only.
+        let source = if row.name == "vdb" { "runs/flames" } else { "runs/small" };
+        let arguments = ["export", source, "--format", row.name, "--frames", "1..2", "--resolution", "64"];
         let (out, _) = fine(&folder.0, &arguments);
+        let dir = folder.0.join(source);
         let written = std::fs::read_dir(dir.join(row.name)).unwrap().map(|entry| entry.unwrap().path());
         let written: Vec<_> = written.filter(|file| !file.ends_with("export.json")).collect();
         assert!(out.starts_with(&format!("{} files", written.len())), "{out}");

@@ -8,7 +8,7 @@ mod skipped;
 
 use charcloth_io::cache::CacheReader;
 use charcloth_io::exporters::EXPORTERS;
-use common::{Folder, SMALL, run};
+use common::{FLAMES, Folder, SMALL, run};
 use skipped::skipped;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::process::CommandExt;
@@ -29,6 +29,19 @@ fn with_run(name: &str) -> Folder {
     let (code, _, error) = run(&folder.0, &["run", "small.toml", "-o", "run", "--no-movie", "-q"]);
     assert_eq!(code, 0, "{error}");
     folder
+}
+
+/// The run that a format is exported from: flames are of one model only.
+fn run_for(format: &str, folder: &Folder) -> &'static str {
+    if format != "vdb" {
+        return "run";
+    }
+    if !folder.0.join("flames").exists() {
+        folder.write("flames.toml", FLAMES);
+        let (code, _, error) = run(&folder.0, &["run", "flames.toml", "-o", "flames", "--no-movie", "-q"]);
+        assert_eq!(code, 0, "{error}");
+    }
+    "flames"
 }
 
 /// The command under a shell that sets a limit first.
@@ -73,7 +86,8 @@ fn files_that_may_not_grow_are_not_left_half_written() {
     let limit = "trap '' XFSZ; ulimit -f 4;";
     for row in EXPORTERS {
         let out = format!("out-{}", row.name);
-        let arguments = ["export", "run", "--format", row.name, "--resolution", "64", "-o", &out];
+        let source = run_for(row.name, &folder);
+        let arguments = ["export", source, "--format", row.name, "--resolution", "64", "-o", &out];
         fails(&limited(&folder.0, limit, &arguments), &["cannot write", &out, "File too large"]);
         // Of a format with a file a frame, those before the one that did not fit are whole and stay.
         let left = files(&folder.0.join(&out));
@@ -127,8 +141,9 @@ fn a_full_disk_ends_a_run_that_goes_on_when_there_is_room() {
 
     for row in EXPORTERS {
         let then = format!(
-            "head -c 190000 /dev/zero > disk/full; \"$0\" export run --format {} --resolution 128 -o disk/out; \
-             code=$?; rm -rf out-{0}; cp -r disk/out out-{0}; exit $code",
+            "head -c 190000 /dev/zero > disk/full; \"$0\" export {} --format {1} --resolution 128 -o disk/out; \
+             code=$?; rm -rf out-{1}; cp -r disk/out out-{1}; exit $code",
+            run_for(row.name, &folder),
             row.name
         );
         fails(&mounted(&then).unwrap(), &["cannot write disk/out/", "No space left on device", "make room"]);
@@ -161,7 +176,8 @@ fn a_folder_that_may_not_be_written_is_named() {
     }
     for out in ["locked", "locked/new"] {
         for row in EXPORTERS {
-            let output = start(&["export", "run", "--format", row.name, "-o", out]).unwrap();
+            let source = run_for(row.name, &folder);
+            let output = start(&["export", source, "--format", row.name, "-o", out]).unwrap();
             fails(&output, &["locked", "Permission denied"]);
         }
         fails(&start(&["run", "small.toml", "-o", out]).unwrap(), &["locked", "Permission denied"]);
@@ -179,9 +195,10 @@ fn an_export_takes_the_place_of_the_one_before_and_of_nothing_else() {
     std::fs::create_dir(folder.0.join("run/usd")).unwrap();
     folder.write("run/usd/notes.txt", "mine");
     for row in EXPORTERS {
-        let dir = folder.0.join("run").join(row.name);
+        let source = run_for(row.name, &folder);
+        let dir = folder.0.join(source).join(row.name);
         let export = |frames: &str| {
-            let arguments = ["export", "run", "--format", row.name, "--frames", frames, "--resolution", "64"];
+            let arguments = ["export", source, "--format", row.name, "--frames", frames, "--resolution", "64"];
             let (code, _, error) = run(&folder.0, &arguments);
             assert_eq!(code, 0, "{error}");
             files(&dir)

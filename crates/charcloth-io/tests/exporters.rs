@@ -273,6 +273,7 @@ fn every_exporter_has_a_file() {
         "twin",
         "twin_obj",
         "usd_crate",
+        "vdb_grid",
     ];
     for entry in std::fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().path().file_stem().unwrap().to_string_lossy().to_string();
@@ -311,6 +312,62 @@ fn runs_with_nothing_left_and_runs_of_chains_are_exported_or_refused_in_words() 
             }
         }
     }
+}
+
+#[test]
+fn flames_are_volumes_of_every_frame_and_errors_leave_nothing_half_written() {
+    let run = Folder::new("flames");
+    let mut state = sheet(9);
+    state.burn.area.fill(1e-4);
+    let mut writer = CacheWriter::create(&run.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    for number in 0..4 {
+        // The fire begins with the second frame.
+        let burning = (40..45).filter(|_| number > 0);
+        burning.for_each(|i| (state.burn.burn_rate[i], state.burn.flame[i]) = (1e-6, 0.003));
+        writer.write(&Frame::of(&state, number, f64::from(number) / 24.0), &[], &state).unwrap();
+    }
+    let cache = CacheReader::open(&run.0).unwrap();
+    let out = Folder::new("flames-out");
+    let go = |options: &ExportOptions| export(&cache, "vdb", options, &out.0, &mut |_| ControlFlow::Continue(()));
+    let contents = |files: &[std::path::PathBuf]| files.iter().map(|f| std::fs::read(f).unwrap()).collect::<Vec<_>>();
+    let plain = ExportOptions::default();
+    let files = go(&plain).unwrap().files;
+    let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_string_lossy().into_owned()).collect();
+    assert_eq!(names, [0, 1, 2, 3].map(|n| format!("flames_{n:05}.vdb")));
+    let bytes = contents(&files);
+    assert!(bytes.iter().all(|bytes| bytes.starts_with(b" BDV")));
+    assert!(bytes[0].len() < 1000 && bytes[1].len() > 10_000, "{} {}", bytes[0].len(), bytes[1].len());
+    assert!(bytes[1] != bytes[2], "flames lick");
+    assert!(contents(&go(&plain).unwrap().files) == bytes, "another time, other bytes");
+    let fine = go(&ExportOptions { voxel: 1e-3, ..plain.clone() }).unwrap().files;
+    assert!(contents(&fine)[1].len() > 4 * bytes[1].len());
+    for voxel in [0.0, -1.0, 1.0, f64::NAN] {
+        let message = go(&ExportOptions { voxel, ..plain.clone() }).unwrap_err().to_string();
+        assert!(message.contains("cannot be made") && message.contains("--voxel"), "{message}");
+    }
+
+    let frame = run.0.join("cache/frame_00002.npz");
+    let whole = std::fs::read(&frame).unwrap();
+    std::fs::write(&frame, &whole[..whole.len() / 2]).unwrap();
+    let message = go(&plain).unwrap_err().to_string();
+    assert!(message.contains("frame_00002.npz"), "{message}");
+    let left: Vec<_> =
+        std::fs::read_dir(&out.0).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(!left.iter().any(|name| name.ends_with(".partial")), "{left:?}");
+    // Files are by frame: one that is missing leaves a gap.
+    std::fs::remove_file(&frame).unwrap();
+    let exported = go(&plain).unwrap();
+    assert_eq!((exported.files.len(), exported.removed), (3, 1));
+
+    // The model of 2004 burns by glow.
+    let glowing = Folder::new("glowing");
+    state.burn.burn_rate_full.fill(1e-6);
+    let mut writer = CacheWriter::create(&glowing.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    writer.write(&Frame::of(&state, 0, 0.0), &[], &state).unwrap();
+    let cache = CacheReader::open(&glowing.0).unwrap();
+    let message =
+        export(&cache, "vdb", &plain, &glowing.0.join("out"), &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(message.to_string().contains("has no flames"), "{message}");
 }
 
 #[test]

@@ -567,7 +567,7 @@ fn usda_is_read_where_its_prims_put_it() {
 }
 
 #[test]
-fn usd_that_was_exported_comes_back_and_damage_never_panics() {
+fn usd_and_alembic_that_were_exported_come_back_and_damage_never_panics() {
     let folder = Folder::new("usd-back");
     let state = sheet(9);
     let info = RunInfo { fps: 24.0, ..RunInfo::default() };
@@ -576,7 +576,7 @@ fn usd_that_was_exported_comes_back_and_damage_never_panics() {
     writer.write(&frame, &[], &state).unwrap();
     let cache = CacheReader::open(&folder.0).unwrap();
     let mut files = vec![folder.file("a.usda", USDA)];
-    for format in ["usd", "usdz"] {
+    for format in ["usd", "usdz", "abc"] {
         let options = ExportOptions::default();
         let written = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
         let mesh = read(&written.files[0]).unwrap();
@@ -610,6 +610,47 @@ fn usd_that_was_exported_comes_back_and_damage_never_panics() {
 }
 
 #[test]
+fn alembic_that_is_not_read_says_why() {
+    let folder = Folder::new("abc-bad");
+    let state = sheet(4);
+    let mut writer = CacheWriter::create(&folder.0, &RunInfo { fps: 24.0, ..RunInfo::default() }).unwrap();
+    for number in 0..2 {
+        let mut frame = Frame::of(&state, number, f64::from(number) / 24.0);
+        frame.motion.position[0].x -= 0.1 * f64::from(number);
+        writer.write(&frame, &[], &state).unwrap();
+    }
+    let cache = CacheReader::open(&folder.0).unwrap();
+    let options = ExportOptions::default();
+    let written = export(&cache, "abc", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
+    let bytes = std::fs::read(&written.files[0]).unwrap();
+    let mesh = read(&written.files[0]).unwrap();
+    assert_eq!(mesh.positions[0].x as f32, state.motion.position[0].x as f32);
+    assert_eq!(mesh.remarks, ["the mesh is animated: its first sample was taken"]);
+    let report = inspect(&written.files[0], None).unwrap();
+    assert_eq!((report.format, report.file_points, report.file_faces), ("alembic", 16, 17));
+
+    let replaced = |from: &[u8], to: &[u8]| {
+        let mut bytes = bytes.clone();
+        let places: Vec<usize> = (0..bytes.len() - from.len()).filter(|k| bytes[*k..].starts_with(from)).collect();
+        assert!(!places.is_empty());
+        places.iter().for_each(|k| bytes[*k..*k + to.len()].copy_from_slice(to));
+        bytes
+    };
+    for (bytes, words) in [
+        (b"\x89HDF\r\n\x1a\n and more".to_vec(), &["HDF5", "Ogawa"][..]),
+        (b"hello".to_vec(), &["not an Alembic file"]),
+        (replaced(b"Ogawa\xff", b"Ogawa\0"), &["not a sound .abc file", "did not come to the end"]),
+        (bytes[..bytes.len() / 2].to_vec(), &["not a sound .abc file", "cut short"]),
+        (replaced(b"PolyMesh_v1", b"Cameras__v1"), &["no mesh that is shown"]),
+        (replaced(b".faceCounts", b".faceCount_"), &["/sheet: its faces count 0 corners, but there are 51"]),
+        (replaced(b".geom", b".gone"), &["/sheet: it has no geometry"]),
+    ] {
+        let message = read(&folder.file("bad.abc", bytes)).unwrap_err().to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+    }
+}
+
+#[test]
 fn every_importer_has_a_file_and_every_file_an_importer() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/importers");
     for row in IMPORTERS {
@@ -620,6 +661,7 @@ fn every_importer_has_a_file_and_every_file_an_importer() {
         "mod",
         "clean",
         "gltf_document",
+        "ogawa",
         "orientation",
         "polygons",
         "raw",

@@ -103,6 +103,31 @@ fn what_openusd_writes_is_read() {
 }
 
 #[test]
+fn what_alembic_writes_is_read() {
+    let folder = Folder::new("abc-written");
+    read_with("abc_written.py", &[&folder.0]);
+    if python().is_none() {
+        return;
+    }
+    let read = |name: String| read_mesh(&folder.0.join(name), LengthUnit::M);
+    for name in ["corners", "alone", "mirrored"] {
+        let [mesh, expected] = ["abc", "obj"].map(|ending| read(format!("{name}.{ending}")).unwrap());
+        assert_eq!(mesh.triangles, expected.triangles, "{name}");
+        assert_eq!(mesh.corner_uv, expected.corner_uv, "{name}");
+        for (i, (place, there)) in mesh.positions.iter().zip(&expected.positions).enumerate() {
+            // Nine digits in the OBJ.
+            assert!(place.distance(*there) < 1e-8, "{name}: {place}, {there}");
+            let painted = ["pin", "color.r", "color.g"].map(|attribute| mesh.painted[attribute][i]);
+            assert_eq!(painted, [i as f32 / 64.0, i as f32 / 1024.0, 0.5], "{name}");
+        }
+        let is_animated = mesh.remarks.iter().any(|remark| remark.contains("first sample"));
+        assert_eq!(is_animated, name == "corners", "{:?}", mesh.remarks);
+    }
+    let message = read("two.abc".to_string()).unwrap_err().to_string();
+    assert!(message.contains("2 meshes") && message.contains("/world/paper/left, /world/paper/right"), "{message}");
+}
+
+#[test]
 fn the_gltf_validator_finds_nothing_and_trimesh_reads_every_frame() {
     let folder = Folder::new("gltf");
     let files = exported("gltf", &folder);
@@ -168,7 +193,8 @@ fn a_damaged_frame_is_named_and_leaves_nothing_half_written() {
     let frame = cache.join("frame_00003.npz");
     let bytes = std::fs::read(&frame).unwrap();
     let export_all = |what: &str| {
-        for row in EXPORTERS {
+        // The model of this run has no flames; `exporters.rs` does the same with one that has.
+        for row in EXPORTERS.iter().filter(|row| row.name != "vdb") {
             let folder = Folder::new(&format!("damaged-{}", row.name));
             // What was there before stays as it was.
             let old = folder.0.join(format!("sheet.{}", row.item.extension));

@@ -1,8 +1,9 @@
 //! Charcloth: frames to pixels on the processor, no window, no graphics card.
 //!
 //! In reading order: [`camera`] puts the eye where it sees the sheet; [`surface`] takes what is seen of a frame;
-//! [`props`] are what it meets; [`raster`] finds what each pixel sees; [`looks`] give it colour, with [`noise`] and [`light`]; [`flames`]
-//! stand on it; [`post`] turns light into a picture; [`picture`] and [`movie`] write it. A [`Renderer`] holds all of it:
+//! [`props`] are what it meets; [`raster`] finds what each pixel sees; [`looks`] give it colour, with [`charcloth::noise`] and
+//! [`light`]; [`flames`] stand on it; [`post`] turns light into a picture; [`picture`] and [`movie`] write it. A [`Renderer`] holds
+//! all of it:
 //!
 //! ```
 //! use charcloth::frame::Frame;
@@ -24,7 +25,6 @@ pub mod image;
 pub mod light;
 pub mod looks;
 pub mod movie;
-pub mod noise;
 pub mod picture;
 pub mod post;
 pub mod props;

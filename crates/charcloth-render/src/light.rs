@@ -1,9 +1,9 @@
 //! Light: a key light with a shadow map, a sky, and the glow of the fire on the sheet around it.
 
 use crate::camera::Camera;
-use crate::noise::noise;
 use crate::props::Props;
 use crate::surface::Surface;
+use charcloth::noise::noise;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;

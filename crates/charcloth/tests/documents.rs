@@ -136,8 +136,18 @@ fn every_cited_equation_is_there_once() {
     assert!(!labels.is_empty());
 }
 
-const IMPORT_HELPERS: &[&str] =
-    &["clean", "gltf_document", "orientation", "polygons", "raw", "report", "usd_crate", "usd_layer", "usd_text"];
+const IMPORT_HELPERS: &[&str] = &[
+    "clean",
+    "gltf_document",
+    "ogawa",
+    "orientation",
+    "polygons",
+    "raw",
+    "report",
+    "usd_crate",
+    "usd_layer",
+    "usd_text",
+];
 
 const EXPORT_HELPERS: &[&str] = &[
     "glb",
@@ -151,6 +161,7 @@ const EXPORT_HELPERS: &[&str] = &[
     "twin",
     "twin_obj",
     "usd_crate",
+    "vdb_grid",
 ];
 
 /// Folders whose `mod.rs` has a table, and the files in them that are no row of it but help the others.

@@ -5,6 +5,7 @@ use crate::frames::Frames;
 use crate::interrupt;
 use crate::progress::{Style, tell};
 use anyhow::Context;
+use charcloth::units::Length;
 use charcloth_io::cache::CacheReader;
 use charcloth_io::exporters::{EXPORTERS, ExportOptions, Exported, export};
 use clap::Args;
@@ -34,6 +35,9 @@ pub struct Arguments {
     /// How far maps go beyond the borders of the texture's patches, in texels
     #[arg(long, value_name = "N", default_value_t = ExportOptions::default().gutter)]
     gutter: u32,
+    /// Side of the voxels of flames
+    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = Length::parse)]
+    voxel: Length,
     /// Velocities from frame to frame, not of the moment: motion blur without the trembling of the sheet within a frame
     #[arg(long)]
     mean_velocities: bool,
@@ -53,6 +57,7 @@ impl Run for Arguments {
             frames: self.frames.map(Frames::range),
             resolution: self.resolution,
             gutter: self.gutter,
+            voxel: self.voxel.0,
             mean_velocities: self.mean_velocities,
             force: self.force,
         };

@@ -31,13 +31,15 @@ sheet = imported(run / "usd" / "sheet.usdc")
 faces = check_frames(sheet, run, 0, last, reads="all")
 assert len(set(faces)) > 4, faces
 colors = attribute(evaluated(sheet, last), "displayColor")[:, :3]
+weights = attribute(evaluated(sheet, last), "origin_weights")
+assert np.allclose(weights.sum(1), 1, atol=1e-6) and (weights.max(1) < 0.75).any(), "points within faces of the input"
 assert sheet.data.materials[0].name == "paper" and sheet.data.uv_layers[0].name == "st"
 
 sheet = imported(run / "abc" / "sheet.abc")
 assert check_frames(sheet, run, 0, last, reads="colors") == faces
 mesh = evaluated(sheet, last)
 names = {column.name for column in mesh.attributes}
-assert {"Cd", "uv", "velocity"} <= names and not {"temperature", "char", "id"} & names, names
+assert {"Cd", "uv", "velocity"} <= names and not {"temperature", "char", "id", "origin_face", "origin_weights_a"} & names, names
 # Colours go by corner there, in 8 bits. The importer takes the linear values for sRGB, so a shader that shall show
 # them undoes that with a gamma of 1/2.2.
 corners = np.zeros(len(mesh.loops), int)

@@ -65,6 +65,11 @@ def check_frames(thing: bpy.types.Object, run: Path, start: int, last: int, read
                 "rest": frame["rest_position"][nodes],
                 "id": nodes,
                 "source": frame["source"][nodes],
+                "origin_face": frame["origin_face"][nodes],
+                "origin_a": frame["origin_points"][nodes, 0],
+                "origin_b": frame["origin_points"][nodes, 1],
+                "origin_c": frame["origin_points"][nodes, 2],
+                "origin_weights": frame["origin_weights"][nodes],
             }.items():
                 assert np.allclose(attribute(mesh, name), values, atol=1e-5), (number, name)
             for name in ("char", "age", "alive", "displayColor"):

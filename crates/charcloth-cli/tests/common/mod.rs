@@ -22,6 +22,30 @@ frames = 8
 size = [64, 48]
 "#;
 
+/// A sheet of tissue that flames within two seconds, of the model that has flames.
+pub const FLAMES: &str = r#"
+name = "flames"
+model = "physical"
+[sheet]
+material = "tissue"
+width = "30 mm"
+height = "30 mm"
+spacing = "5 mm"
+burn_level = 1
+[[pin]]
+corner = "top_left"
+radius = "8 mm"
+[[ignite]]
+corner = "bottom_left"
+radius = "12 mm"
+length = "0.5 s"
+[time]
+frames = 4
+fps = 4
+[output]
+stills = []
+"#;
+
 /// A folder of its own for a test, removed at its end.
 pub struct Folder(pub PathBuf);
 

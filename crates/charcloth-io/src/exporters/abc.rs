@@ -100,13 +100,13 @@ impl Sheet {
         if shape.nodes.is_empty() {
             bounds = [[0.0; 3]; 2];
         }
-        // Clockwise.
-        let faces = shape.faces.iter().flat_map(|[a, b, c]| [*a, *c, *b]);
+        // Clockwise: programs that turn them over again get the corners in their order.
+        let faces = shape.faces.iter().flat_map(|[a, b, c]| [*c, *b, *a]);
         let mut numbers = HashMap::new();
         let (mut uv, mut uv_numbers) = (Vec::new(), Vec::new());
         for t in &shape.rows {
             let [a, b, c] = triangles.uv[*t as usize];
-            for corner in [a, c, b] {
+            for corner in [c, b, a] {
                 let next = numbers.len() as u32;
                 let number = *numbers.entry((corner.x.to_bits(), corner.y.to_bits())).or_insert(next);
                 if number == next {

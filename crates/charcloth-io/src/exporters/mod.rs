@@ -22,6 +22,8 @@ mod usd_crate;
 mod usd_twin;
 mod usdz;
 mod vat;
+mod vdb;
+pub mod vdb_grid;
 
 pub use look::display_color;
 
@@ -140,10 +142,19 @@ pub const EXPORTERS: &[Entry<Exporter>] = &[
         about: "temperature, char and holes as pictures over the texture, and when each place caught fire: shaders",
         item: Exporter { extension: "exr", files: maps::files, write: Writer::AllFrames(maps::write) },
     },
+    Entry {
+        name: "vdb",
+        about: "OpenVDB, the flames of each frame as a volume: Blender, Houdini, Maya, Unreal",
+        item: Exporter {
+            extension: "vdb",
+            files: |frames| each(frames, "flames", "vdb"),
+            write: Writer::AllFrames(vdb::write),
+        },
+    },
 ];
 
 /// What can be chosen about an export.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ExportOptions {
     /// First and last frame; none means all there are.
     pub frames: Option<RangeInclusive<u32>>,
@@ -151,6 +162,8 @@ pub struct ExportOptions {
     pub resolution: u32,
     /// How far maps go beyond the borders of the texture's patches [texels].
     pub gutter: u32,
+    /// Side of the voxels of volumes [m].
+    pub voxel: f64,
     /// Velocities from the frame before to the frame after, in place of those at the moment itself.
     pub mean_velocities: bool,
     /// Replace files that no export of ours wrote, in place of refusing.
@@ -159,7 +172,7 @@ pub struct ExportOptions {
 
 impl Default for ExportOptions {
     fn default() -> Self {
-        Self { frames: None, resolution: 1024, gutter: 8, mean_velocities: false, force: false }
+        Self { frames: None, resolution: 1024, gutter: 8, voxel: 2e-3, mean_velocities: false, force: false }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Mesh files in, surfaces out. One file a format; what all formats need is put right in one place afterwards.
 
+mod alembic;
 pub(crate) mod clean;
 mod gltf;
 mod gltf_document;
 mod obj;
+mod ogawa;
 mod orientation;
 mod ply;
 mod polygons;
@@ -59,6 +61,11 @@ pub const IMPORTERS: &[Entry<Importer>] = &[
         name: "usd",
         about: "OpenUSD, .usd, .usda, .usdc or .usdz: the one mesh in it, where its prims put it, at its first time",
         item: Importer { extensions: &["usd", "usda", "usdc", "usdz"], read: usd::read },
+    },
+    Entry {
+        name: "alembic",
+        about: "Alembic, .abc (Ogawa): the one mesh in it, where its transforms put it, at its first sample",
+        item: Importer { extensions: &["abc"], read: alembic::read },
     },
 ];
 

@@ -55,10 +55,10 @@ for k in range(count):
     indices = np.array(list(sample.getFaceIndices())).reshape(-1, 3)
     assert set(sample.getFaceCounts()) == {3} and len(sample.getFaceCounts()) == len(corners)
     # Clockwise there, anticlockwise here.
-    assert np.array_equal(nodes[indices], corners[:, [0, 2, 1]])
+    assert np.array_equal(nodes[indices], corners[:, ::-1])
     uv = schema.getUVsParam().getExpandedValue(at(k)).getVals()
     uv = np.array([[v[0], v[1]] for v in uv], np.float32).reshape(-1, 3, 2)
-    assert np.array_equal(uv, frame["triangle_uv"][alive][:, [0, 2, 1]])
+    assert np.array_equal(uv, frame["triangle_uv"][alive][:, ::-1])
     normals = vectors(schema.getNormalsParam().getExpandedValue(at(k)).getVals())
     assert len(normals) == len(nodes) and np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
     low, high = sample.getSelfBounds().min(), sample.getSelfBounds().max()

@@ -9,13 +9,13 @@ use crate::error::RenderError;
 use crate::flames;
 use crate::image::RgbImage;
 use crate::light::{FireLight, KeyLight};
-use crate::noise::{fractal, noise};
 use crate::post::Post;
 use crate::props::Props;
 use crate::raster::{Fragment, Raster, Shader};
 use crate::specks;
 use crate::surface::{Node, Surface};
 use charcloth::frame::Frame;
+use charcloth::noise::{fractal, noise};
 use glam::{DVec3, Vec3, Vec3A};
 
 /// Burnt part at which the most fragile spots are gone, and at which everything is.

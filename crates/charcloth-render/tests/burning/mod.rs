@@ -2,8 +2,8 @@
 //! its lower right corner. No physics: distances from a wandering front give temperature, fuel and rate.
 
 use charcloth::frame::Frame;
+use charcloth::noise::fractal;
 use charcloth::sheet::{BurnNodes, MotionNodes, Triangles, bounds};
-use charcloth_render::noise::fractal;
 use glam::{DVec3, Vec3};
 
 /// Width and height of the sheet [m].
