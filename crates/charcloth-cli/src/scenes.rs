@@ -21,6 +21,9 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "corner": "a sheet of office paper lit at a lower corner, by the physical model";
     "hole": "a level sheet of office paper lit from below in the middle";
     "match": "a strip of card, held at one end and lit at the other";
+    "letter": "a sheet of office paper on a table, lit at an edge";
+    "book": "leaves that are held at the spine and lit at the outer edge";
+    "curtain": "a cotton cloth in a draught, lit at a lower corner";
     "papers": "strips of tissue, newsprint, cotton and office paper, up and down";
     "figure1": "the sketch's Figure 1: wireframe and picture of the same frame";
     "drape": "a napkin falls over a ball and onto the table";

@@ -1,10 +1,10 @@
 //! Hot air that rises over a fire, and carries along what is light.
 //!
 //! Model: Eq. 17.9, the three zones of a fire's plume [McCaffrey1979], as wide as it draws in air [Morton1956]. All flames of
-//! a scene are one fire, at their middle. Source: as cited. Valid when: the air is still but for the fire, and nothing
-//! stands in its way. Cost: a pass over the motion nodes a frame, an exponential a node and step.
+//! a scene are one fire, at their middle. It carries what has come off: along the sheet that burns it clings to both faces,
+//! and pushes neither. Source: as cited. Valid when: the air is still but for the fire. Cost: a pass over the motion nodes a frame, an exponential a node and step.
 
-use crate::sheet::SheetState;
+use crate::sheet::{NONE, SheetState};
 use glam::DVec3;
 
 /// Width of the profile of speed, to where it has fallen to 1/e, over the height: 6/5 of an entrainment of 0.1 [Morton1956].
@@ -14,7 +14,7 @@ const FLAME: f64 = 0.08;
 const PLUME: f64 = 0.20;
 
 /// The rising air of one fire.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Plume {
     base: DVec3,
     up: DVec3,
@@ -22,6 +22,8 @@ pub struct Plume {
     power: f64,
     /// How wide the fire itself is [m].
     width: f64,
+    /// Whether each motion node belongs to a piece that has come off.
+    loose: Vec<bool>,
 }
 
 impl Plume {
@@ -43,7 +45,19 @@ impl Plume {
         }
         let base = sum / weight;
         let spread: f64 = flames().map(|(p, w)| w * (p - base).reject_from_normalized(up).length_squared()).sum();
-        Self { base, up, power, width: (spread / weight).sqrt() }
+        let mut loose = vec![false; state.motion.len()];
+        for (corners, piece) in state.triangles.corners.iter().zip(&state.triangles.piece) {
+            if state.pieces.parent[*piece as usize] != NONE {
+                corners.iter().for_each(|i| loose[*i as usize] = true);
+            }
+        }
+        Self { base, up, power, width: (spread / weight).sqrt(), loose }
+    }
+
+    /// Velocity of the air at a motion node [m/s].
+    #[inline]
+    pub fn at_node(&self, node: usize, point: DVec3) -> DVec3 {
+        if self.loose.get(node).is_some_and(|loose| *loose) { self.velocity(point) } else { DVec3::ZERO }
     }
 
     /// Velocity of the air at a point [m/s].
@@ -77,7 +91,7 @@ mod tests {
 
     #[test]
     fn zones_of_a_plume_join() {
-        let plume = Plume { base: DVec3::ZERO, up: DVec3::Y, power: 0.07, width: 0.01 };
+        let plume = Plume { base: DVec3::ZERO, up: DVec3::Y, power: 0.07, width: 0.01, loose: Vec::new() };
         for zone in [FLAME, PLUME] {
             let height = zone * plume.power.powf(0.4);
             let (under, over) = (plume.axial_speed(height * 0.999), plume.axial_speed(height * 1.001));

@@ -165,7 +165,7 @@ impl Simulation {
         }
         measure::set_initial(scene, &mut built)?;
         let burning = Burning::of(scene);
-        let physical = match scene.model {
+        let mut physical = match scene.model {
             Model::Moidu2004 => None,
             Model::Physical => Some(physical(scene, inputs, &mut built, &flames)?),
         };
@@ -203,6 +203,9 @@ impl Simulation {
             shed.measure(&mut built.state);
         }
         let mut mover = (integrator.item)(scene);
+        if let Some(physical) = &mut physical {
+            physical.meet(&scenery.planes);
+        }
         mover.meet(scenery);
         if meets && mover.crossings(&built.state, 0).is_some_and(|pairs| pairs > 0) {
             return Err(Error::scene(
@@ -321,6 +324,7 @@ impl Simulation {
         let frame_time = 1.0 / self.scene.time.fps;
         let heat_before = self.built.state.books.heat_of_flames[0];
         self.lay_out();
+        self.look_around();
         if self.scene.wind.updraught {
             self.plume = Plume::of(&self.built.state, self.built.up);
         }
@@ -527,7 +531,10 @@ impl Simulation {
         scratch.burn_position.clear();
         scratch.shown = true;
         match &mut self.physical {
-            Some(physical) => physical.lay_out(state),
+            Some(physical) => {
+                physical.lay_out(state);
+                self.look_around();
+            }
             None => {
                 let edges = &state.burn_edges;
                 scratch.heat_links = Links::build(state.burn.len(), &edges.ends, |e| edges.cut[e] != 0);
@@ -535,6 +542,22 @@ impl Simulation {
                 self.sum_conductances();
             }
         }
+    }
+
+    /// Finds what lies close before the faces of sheets that touch things.
+    fn look_around(&mut self) {
+        let Self { built: Built { state, .. }, physical: Some(physical), scratch, stages, meets: true, .. } = self
+        else {
+            return;
+        };
+        let normal = if state.has_fine_burn_mesh() {
+            let place = |i| scratch.map.interpolate(&state.triangles, &state.motion.position, i);
+            let position: Vec<DVec3> = (0..state.burn.len()).map(place).collect();
+            fine_normals(&position, &state.burn_triangles)
+        } else {
+            node_normals(&state.motion.position, &state.triangles)
+        };
+        stages.time("nearby", || physical.look_around(state, &scratch.map, &normal, state.books.time[0]));
     }
 
     /// Conductance that leads to each node, for the length of heat steps.

@@ -98,7 +98,7 @@ impl Effect for Wind {
         let air = self.air.velocity(now.time);
         for i in 0..forces.force.len() {
             let normal = now.normal[i];
-            let against = air + now.plume.velocity(now.state.motion.position[i]) - now.state.motion.velocity[i];
+            let against = air + now.plume.at_node(i, now.state.motion.position[i]) - now.state.motion.velocity[i];
             forces.force[i] += normal * (self.rate(now, i, against) * normal.dot(against)); // Eq. 6.5b
         }
     }
@@ -107,7 +107,7 @@ impl Effect for Wind {
         let air = self.air.velocity(now.time);
         for (i, by_velocity) in derivatives.by_velocity.iter_mut().enumerate() {
             let normal = now.normal[i];
-            let against = air + now.plume.velocity(now.state.motion.position[i]) - now.state.motion.velocity[i];
+            let against = air + now.plume.at_node(i, now.state.motion.position[i]) - now.state.motion.velocity[i];
             let outer = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
             // Up to twice as much by the law of plates: what the speed itself does to the rate is left out.
             *by_velocity -= outer * self.rate(now, i, against);

@@ -10,10 +10,13 @@ mod awake;
 mod board;
 mod conduction;
 mod layout;
+mod nearby;
 mod shrinkage;
 
 use crate::build::Built;
+use crate::burn_mesh::BurnMap;
 use crate::chemistry::{Chemistry, Layer, Released, Room, Surroundings};
+use crate::contact::scenery::Plane;
 use crate::effects::wind::Air;
 use crate::error::Error;
 use crate::gases::{self, FACES, FaceExchange, FaceView, Gas, GasState, SheetView};
@@ -27,6 +30,7 @@ use board::Board;
 use conduction::Conduction;
 use glam::DVec3;
 use layout::Layout;
+use nearby::Nearby;
 use rayon::prelude::*;
 use shrinkage::Shrinkage;
 use std::ops::Range;
@@ -132,6 +136,7 @@ pub struct Physical {
     volatile_flux: [Vec<f64>; FACES],
     gas_flux: [Vec<f64>; FACES],
     exchange: FaceExchange,
+    nearby: Nearby,
     awake: Awake,
     /// Heat conducted along the sheet into each node that is awake [W].
     conducted: Vec<f64>,
@@ -227,6 +232,7 @@ impl Physical {
             volatile_flux: Default::default(),
             gas_flux: Default::default(),
             exchange: FaceExchange::default(),
+            nearby: Nearby::default(),
             awake: Awake::default(),
             conducted: Vec::new(),
             work: Vec::new(),
@@ -303,16 +309,34 @@ impl Physical {
         self.layout.build(state);
         self.conduction.build(state, &self.layout, &self.chemistry);
         let count = state.burn.len();
-        let closed_back = self.backing != Backing::None;
+        self.uncover(count);
         for face in 0..FACES {
-            self.open[face].clear();
-            self.open[face].resize(count, if face == 1 && closed_back { 0.0 } else { 1.0 });
             for column in [&mut self.pilot, &mut self.heater, &mut self.volatile_flux, &mut self.gas_flux] {
                 column[face].clear();
                 column[face].resize(count, 0.0);
             }
         }
         self.awake.lose(count);
+    }
+
+    /// Lets air reach all of each face, but what a board lies behind.
+    fn uncover(&mut self, count: usize) {
+        let closed_back = self.backing != Backing::None;
+        for (face, open) in self.open.iter_mut().enumerate() {
+            open.clear();
+            open.resize(count, if face == 1 && closed_back { 0.0 } else { 1.0 });
+        }
+    }
+
+    /// Gives it the planes that the sheet may lie on.
+    pub fn meet(&mut self, planes: &[Plane]) {
+        self.nearby.meet(planes);
+    }
+
+    /// Finds what lies close before each face (Eq. 15.10), at a time [s], with burn nodes that have these normals.
+    pub fn look_around(&mut self, state: &SheetState, map: &BurnMap, normal: &[DVec3], time: f64) {
+        self.uncover(state.burn.len());
+        self.nearby.look(state, map, normal, time, &mut self.open);
     }
 
     /// Looks after every node in every step, or after those alone where something happens; the bits are the same.
@@ -326,20 +350,22 @@ impl Physical {
         self.hold(time);
         let SheetState { front, back, .. } = state;
         let room = self.room.temperature;
+        let reached: Vec<u32> = self.nearby.wake([&front.temperature, &back.temperature], room).collect();
         let stirs = |i: usize| {
-            [front, back].into_iter().enumerate().any(|(face, nodes)| {
-                nodes.temperature[i] != room
-                    || nodes.film_temperature[i] != room
-                    || nodes.volatile_rate[i] != 0.0
-                    || nodes.film_fuel[i] != 0.0
-                    || nodes.film_run[i] != 0.0
-                    || self.pilot[face][i] != 0.0
-                    || self.heater[face][i] != 0.0
-            })
+            self.nearby.stirs(i)
+                || [front, back].into_iter().enumerate().any(|(face, nodes)| {
+                    nodes.temperature[i] != room
+                        || nodes.film_temperature[i] != room
+                        || nodes.volatile_rate[i] != 0.0
+                        || nodes.film_fuel[i] != 0.0
+                        || nodes.film_run[i] != 0.0
+                        || self.pilot[face][i] != 0.0
+                        || self.heater[face][i] != 0.0
+                })
         };
         let pilots = self.pilots.iter().flat_map(|pilot| pilot.held(time));
         let heaters = self.heaters.iter().filter(|heater| heater.spell.contains(&time));
-        let held = pilots.chain(heaters.flat_map(|heater| heater.nodes.iter().copied()));
+        let held = pilots.chain(heaters.flat_map(|heater| heater.nodes.iter().copied())).chain(reached);
         self.awake.find(&self.layout, stirs, held.map(|i| i as usize));
         // What sleeps has no flame.
         for i in &self.awake.fallen_asleep {
@@ -363,6 +389,9 @@ impl Physical {
         self.room.wind = self.air.velocity(time);
         self.ask_gas(state, position, normal, dt);
         self.conduction.conduct(&state.burn.temperature, &self.layout, &self.awake.nodes, &mut self.conducted);
+        let SheetState { burn, front, back, .. } = &*state;
+        let temperature = [front.temperature.as_slice(), &back.temperature];
+        self.nearby.trade(temperature, &burn.area, self.emissivity, self.room.temperature);
         self.gather(state);
         let (chemistry, board) = (&self.chemistry, self.board.as_ref());
         let of_chunk = |chunk: &mut [Work]| chunk.iter_mut().for_each(|work| work.advance(chemistry, board, dt));
@@ -450,13 +479,16 @@ impl Physical {
                 faces[face].temperature[i] != room
                     || self.exchange.heat_flux[face][i] != 0.0
                     || self.heater[face][i] != 0.0
+                    || self.nearby.heat(face, i) != 0.0
             };
             if !(heated(0) || heated(1) || conducted != 0.0) {
                 continue;
             }
             let area = burn.area[i];
             let around = |face: usize| Surroundings {
-                heat: area * (self.exchange.heat_flux[face][i] + self.heater[face][i]) + 0.5 * conducted,
+                heat: area * (self.exchange.heat_flux[face][i] + self.heater[face][i])
+                    + self.nearby.heat(face, i)
+                    + 0.5 * conducted,
                 heat_slope: area * self.exchange.heat_flux_slope[face][i],
                 about: faces[face].temperature[i],
                 oxygen_fraction: self.exchange.surface_oxygen[face][i],

@@ -226,7 +226,7 @@ pub struct Wind {
     pub gust: Ratio,
     /// How long a gust lasts.
     pub gust_time: Time,
-    /// Whether the hot air that rises over flames carries the sheet, flakes and ash along.
+    /// Whether the hot air that rises over flames carries flakes and ash along.
     pub updraught: bool,
     /// The speed over time, in the place of `velocity`: linear between rows, as in the first and last before and after.
     pub key: Vec<WindKey>,
