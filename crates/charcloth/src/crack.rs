@@ -18,7 +18,7 @@ use crate::shell::Shell;
 use crate::tear;
 use glam::{DVec2, DVec3};
 
-/// Least part of its strength that counts: what is weaker falls as ash.
+/// Least part of its strength or stiffness that counts: what is weaker falls.
 const LEAST: f64 = 1e-3;
 /// How much the sides at a node differ in strength for no reason that the mesh shows, as a part of it.
 // tuned: fibres leave torn edges ragged; strength of paper scatters by 5 to 10 % on strips of 15 mm, more on less; 0 to 0.5
@@ -114,7 +114,10 @@ impl Cracks {
     /// Parts the sheet where it is pulled harder than it bears, and says whether it has. `topology` is that which the shell
     /// was laid out for.
     pub fn advance(&mut self, state: &mut SheetState, shell: &Shell, factors: &SpringFactors, topology: u64) -> bool {
-        self.refresh(state, shell, topology);
+        if self.refresh(state, shell, topology) && self.let_fall(state, factors) {
+            tear::part(state);
+            return true;
+        }
         if !self.utilise(state, shell, factors) {
             return false;
         }
@@ -133,10 +136,11 @@ impl Cracks {
     }
 
     /// Brings strengths up to date, which change once a frame, and what follows from the topology.
-    fn refresh(&mut self, state: &SheetState, shell: &Shell, topology: u64) {
+    /// Returns whether they have changed.
+    fn refresh(&mut self, state: &SheetState, shell: &Shell, topology: u64) -> bool {
         let moment = (state.books.frame[0], topology);
         if self.known == Some(moment) {
-            return;
+            return false;
         }
         let SheetState { burn, burn_triangles: fine, triangles, motion, .. } = state;
         if self.known.is_none_or(|(_, known)| known != topology) {
@@ -181,6 +185,28 @@ impl Cracks {
             let left = state.rest.strength[parent] * sum.left / number;
             self.of_triangle.push(Strength { left: left.max(LEAST), brittle: sum.brittle / number });
         }
+        true
+    }
+
+    /// Parts triangles that have nothing left to hold on by from all around them. Returns whether there were any.
+    fn let_fall(&self, state: &mut SheetState, factors: &SpringFactors) -> bool {
+        let mut parted = false;
+        for t in 0..factors.triangle.len() {
+            if state.triangles.alive[t] == 0 || factors.triangle[t] >= LEAST {
+                continue;
+            }
+            let corners = state.triangles.corners[t];
+            for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|ends| ends.map(|k: usize| corners[k])) {
+                let around = &self.around[self.first[a as usize] as usize..self.first[a as usize + 1] as usize];
+                let across =
+                    around.iter().find(|u| **u != t as u32 && state.triangles.corners[**u as usize].contains(&b));
+                if let Some(across) = across {
+                    [t as u32, *across].into_iter().for_each(|side| tear::part_side(state, side, [a, b]));
+                    parted = true;
+                }
+            }
+        }
+        parted
     }
 
     /// Works out the utilisation of every live triangle. Returns whether any is over one.
