@@ -461,6 +461,8 @@ impl Implicit {
         let iterations = self.solve_linear(tolerance, self.fresh, parallel);
         self.fresh = false;
         report.iterations[1] += iterations as u32;
+        // What is left of it is no step that anyone asked for.
+        report.stalled |= iterations >= LINEAR;
         if near {
             for i in 0..self.residual.len() {
                 self.correction[i] += self.known[i];
