@@ -680,10 +680,7 @@ impl Simulation {
         let state = &self.built.state;
         let mut forces = std::mem::take(&mut self.scratch.forces);
         let count = state.motion.len();
-        forces.force.clear();
-        forces.force.resize(count, DVec3::ZERO);
-        forces.drag.clear();
-        forces.drag.resize(count, 0.0);
+        forces.clear(count);
         let now = self.now();
         for effect in &self.effects {
             effect.add_forces(&now, &mut forces);

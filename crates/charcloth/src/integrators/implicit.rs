@@ -255,7 +255,7 @@ impl Implicit {
     fn load(&mut self, state: &SheetState, step: &Step<'_>) {
         let count = state.motion.len();
         self.mass.clear();
-        self.mass.extend((0..count).map(|i| state.mass(i)));
+        self.mass.extend((0..count).map(|i| state.mass(i) + step.forces.air_mass[i]));
         self.drag.clear();
         self.drag.extend_from_slice(&step.forces.drag);
         self.push.copy_from_slice(&step.forces.force);
