@@ -1,18 +1,25 @@
-//! Smoothed-aggregation multigrid for the matrices of implicit steps: a preconditioner in single precision.
+//! Smoothed-aggregation multigrid for the matrices of implicit steps: a preconditioner whose cycles are in single precision.
 //!
-//! Model: aggregates of neighbouring nodes become the nodes of the next level; piecewise constant prolongation, smoothed
-//! by one step of damped Jacobi; Galerkin products; Chebyshev smoothing. Source: [Vanek1996]; for cloth [Tamstorf2015].
-//! The patterns of all levels follow from the topology alone and are kept until it changes; the values are new in every
-//! step, for springs go slack and taut. Cost: set-up about three products with the matrix, a cycle about six.
+//! Model: aggregates of neighbouring nodes become the nodes of the next level, each a rigid body; prolongation smoothed by
+//! one step of damped Jacobi; Galerkin products; Chebyshev smoothing. Source: [Vanek1996]; for cloth [Tamstorf2015].
+//! A sheet's mass is often under the seventh digit of its stiffness. So products are taken of differences: what a node
+//! is off the rigid motion of its neighbour; and what such a motion itself meets, mass and pins, stands apart as the
+//! `ground` of a node, worked out in double precision. The patterns of all levels follow from the topology alone and are kept until
+//! it changes. Cost: set-up about three products with the matrix, a cycle about six.
+
+mod direct;
+mod transfer;
 
 use super::StepMatrix;
-use super::blocks::{Pattern, block_row_times, by_block_rows, by_row_pairs, by_rows, multiply_rows, on_widest_unit};
-use super::galerkin::{Blocks, Row, add_product, product_row, restricted_row};
-use glam::{DVec3, Mat3A, Vec3A};
+use super::blocks::{Pattern, by_block_rows, by_row_pairs, by_rows, on_widest_unit};
+use super::galerkin::{Blocks, Row, Wide, finest_product_row, product_row, restricted_row};
+use direct::Direct;
+use glam::{DMat3, DVec3, Mat3A, Vec3A};
+use transfer::{Transfer, aggregates, prolongate_rows, restrict_rows};
 
 /// No aggregate: the node is fixed.
 const NONE: u32 = u32::MAX;
-/// Rows at and under which a level is solved directly.
+/// Rows at and under which a level is the coarsest.
 const DIRECT: usize = 48;
 /// Degree of the Chebyshev smoother before and after the coarse correction.
 const DEGREE: usize = 2;
@@ -25,6 +32,8 @@ const POWER_AGAIN: usize = 3;
 pub const CAUTION: f32 = 1.15;
 /// Smallest eigenvalue that smoothing aims at, as a part of the largest.
 const SMOOTHED: f32 = 1.0 / 8.0;
+/// What is added to a block of the diagonal before it is inverted, as a part of its mean: a body on a line does not turn about it.
+const SOFT: f64 = 1e-9;
 
 /// One level. Its nodes have one row each on the finest (a displacement), two on all others (a displacement and a
 /// rotation).
@@ -37,6 +46,10 @@ struct Level {
     reach: f32,
     pattern: Pattern,
     blocks: Vec<Mat3A>,
+    /// The same in double precision, on all levels but the finest, where the matrix itself has them.
+    exact: Vec<Wide>,
+    /// What a rigid motion of a node and all around it meets: a block for each row of the node and kind of motion.
+    ground: Vec<Mat3A>,
     /// Numbers that tie nodes in all directions alike, on the finest level only.
     ties: Pattern,
     tie: Vec<f32>,
@@ -62,42 +75,11 @@ enum Of {
     Solution,
 }
 
-/// From a level to the next.
-struct Transfer {
-    aggregate: Vec<u32>,
-    /// Number of nodes of each aggregate.
-    size: Vec<f32>,
-    /// How a rotation of the aggregate moves each row.
-    tentative: Vec<Mat3A>,
-    /// Where the displacement of a row's own aggregate stands among the row's blocks of the prolongation.
-    own: Vec<u8>,
-    /// Prolongation.
-    pattern: Pattern,
-    blocks: Vec<Mat3A>,
-    /// Where the displacement of the aggregate of each block's column stands among the row's blocks of the prolongation.
-    smoothed_at: Vec<u8>,
-    /// The same for each tie.
-    tied_at: Vec<u8>,
-    /// Restriction: the transpose, with the block of the prolongation each stands for.
-    transposed: Pattern,
-    origin: Vec<u32>,
-    /// A times prolongation: pattern, values, and where each product goes within its row.
-    product: Pattern,
-    product_blocks: Vec<Mat3A>,
-    product_at: Vec<u16>,
-    first_product: Vec<u32>,
-    /// Where each product of restriction and that goes within its row.
-    coarse_at: Vec<u16>,
-    first_coarse: Vec<u32>,
-}
-
 /// The levels of a matrix.
 #[derive(Default)]
 pub struct Multigrid {
     levels: Vec<Level>,
-    /// Cholesky factor of the coarsest level, by rows.
-    factor: Vec<f32>,
-    scratch: Vec<f32>,
+    direct: Direct,
 }
 
 impl Multigrid {
@@ -118,6 +100,8 @@ impl Multigrid {
                 position: vec![Vec3A::ZERO; nodes],
                 diagonal,
                 blocks: vec![Mat3A::ZERO; pattern.blocks()],
+                exact: vec![Wide::ZERO; if rows_a_node == 1 { 0 } else { pattern.blocks() }],
+                ground: vec![Mat3A::ZERO; rows * rows_a_node],
                 tie: vec![0.0; ties.blocks()],
                 inverse_diagonal: vec![Mat3A::ZERO; rows],
                 right: vec![Vec3A::ZERO; rows],
@@ -146,7 +130,9 @@ impl Multigrid {
             ties = Pattern::empty(pattern.rows());
             rows_a_node = 2;
         }
-        Self { levels, ..Self::default() }
+        let coarsest: &Level = levels.last().expect("there is a level");
+        let direct = Direct::lay_out(&coarsest.pattern, &coarsest.ties);
+        Self { levels, direct }
     }
 
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
@@ -154,22 +140,16 @@ impl Multigrid {
     /// `fresh`, as at the start of a step, and else follow from the last.
     pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
         let finest = &mut self.levels[0];
-        by_rows(&mut finest.blocks, parallel, |first, blocks| {
-            for (k, block) in blocks.iter_mut().enumerate() {
-                *block = matrix.blocks[first + k].as_mat3().into();
-            }
-        });
         finest.tie.iter_mut().zip(&matrix.tie).for_each(|(single, double)| *single = *double as f32);
         finest.position.iter_mut().zip(position).for_each(|(single, double)| *single = double.as_vec3a());
         for l in 0..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             let level = &mut fine[l];
-            let Level { inverse_diagonal, diagonal, blocks, .. } = level;
-            by_rows(inverse_diagonal, parallel, |first, inverse| {
-                for (k, inverse) in inverse.iter_mut().enumerate() {
-                    *inverse = blocks[diagonal[first + k] as usize].inverse();
-                }
-            });
+            if l == 0 {
+                level.take_finest(matrix, parallel);
+            } else {
+                level.take_coarse(parallel);
+            }
             let iterations = match (fresh, l) {
                 (false, _) => POWER_AGAIN,
                 (true, 0) => POWER_FINEST,
@@ -179,10 +159,15 @@ impl Multigrid {
             if let (Some(next), Some(_)) = (coarse.first_mut(), &level.transfer) {
                 level.place_aggregates(next);
                 level.smooth_prolongation(parallel);
-                level.galerkin(&next.pattern, &mut next.blocks, parallel);
+                level.galerkin(matrix, &next.pattern, &mut next.exact, parallel);
             }
         }
-        self.factorise();
+        let Self { levels, direct } = self;
+        match levels.as_slice() {
+            [only] => direct.factorise(&only.pattern, |k| matrix.blocks[k].into(), &only.ties, |k| matrix.tie[k]),
+            [.., coarsest] => direct.factorise(&coarsest.pattern, |k| coarsest.exact[k], &coarsest.ties, |_| 0.0),
+            [] => unreachable!("there is a level"),
+        }
     }
 
     /// One V-cycle: an approximation of `A^-1 right`.
@@ -216,74 +201,15 @@ impl Multigrid {
         level.smooth(false, parallel);
     }
 
-    /// Cholesky factorisation of the coarsest matrix, dense; none where it is too large for that.
-    fn factorise(&mut self) {
-        let level = self.levels.last().expect("there is a level");
-        let nodes = level.pattern.rows();
-        self.factor.clear();
-        if nodes > 4 * DIRECT {
-            return;
-        }
-        let n = 3 * nodes;
-        self.factor.resize(n * n, 0.0);
-        self.scratch.resize(n, 0.0);
-        let factor = &mut self.factor;
-        for i in 0..nodes {
-            for k in level.pattern.row(i) {
-                let j = level.pattern.column[k] as usize;
-                let block = level.blocks[k].to_cols_array_2d();
-                for (c, column) in block.iter().enumerate() {
-                    for (r, value) in column.iter().enumerate() {
-                        factor[(3 * i + r) * n + 3 * j + c] = *value;
-                    }
-                }
-            }
-        }
-        for i in 0..n {
-            for j in 0..=i {
-                let (upper, lower) = factor.split_at_mut(i * n);
-                let row_i = &mut lower[..n];
-                let sum: f32 = if i == j {
-                    row_i[..j].iter().map(|v| v * v).sum()
-                } else {
-                    upper[j * n..j * n + j].iter().zip(&row_i[..j]).map(|(a, b)| a * b).sum()
-                };
-                let value = row_i[j] - sum;
-                row_i[j] = if i == j {
-                    // Rounding can leave nothing of a tiny pivot; its own size then stands in.
-                    value.max(1e-6 * row_i[j].abs()).max(f32::MIN_POSITIVE).sqrt()
-                } else {
-                    value / upper[j * n + j]
-                };
-            }
-        }
-    }
-
     fn solve_coarsest(&mut self, parallel: bool) {
         let level = self.levels.last_mut().expect("there is a level");
-        if self.factor.is_empty() {
+        if self.direct.leaves_some() {
             level.smooth(true, parallel);
             for _ in 0..8 {
                 level.smooth(false, parallel);
             }
-            return;
         }
-        let n = 3 * level.pattern.rows();
-        let (factor, x) = (&self.factor, &mut self.scratch);
-        for i in 0..n {
-            let sum: f32 = (0..i).map(|j| factor[i * n + j] * x[j]).sum();
-            x[i] = (level.right[i / 3][i % 3] - sum) / factor[i * n + i];
-        }
-        for i in (0..n).rev() {
-            x[i] /= factor[i * n + i];
-            let value = x[i];
-            for j in 0..i {
-                x[j] -= factor[i * n + j] * value;
-            }
-        }
-        for (k, solution) in level.solution.iter_mut().enumerate() {
-            *solution = Vec3A::new(x[3 * k], x[3 * k + 1], x[3 * k + 2]);
-        }
+        self.direct.solve(&level.right, &mut level.solution);
     }
 }
 
@@ -328,14 +254,126 @@ impl Level {
         }
     }
 
+    /// Takes over the blocks of the finest level.
+    fn take_finest(&mut self, matrix: &StepMatrix, parallel: bool) {
+        let Self { pattern, ties, blocks, ground, inverse_diagonal, .. } = self;
+        by_block_rows(pattern, blocks, parallel, |i, row| {
+            let exact = &matrix.blocks[pattern.row(i)];
+            row.iter_mut().zip(exact).for_each(|(single, double)| *single = double.as_mat3().into());
+        });
+        by_row_pairs(ground, inverse_diagonal, parallel, |i, ground, inverse| {
+            let tied: f64 = matrix.tie[ties.row(i)].iter().sum();
+            let sum: DMat3 = matrix.blocks[pattern.row(i)].iter().sum();
+            *ground = (sum + DMat3::from_diagonal(DVec3::splat(tied))).as_mat3().into();
+            *inverse = inverted(matrix.blocks[matrix.diagonal[i] as usize]);
+        });
+    }
+
+    /// The same of another level, from what double precision has of them.
+    fn take_coarse(&mut self, parallel: bool) {
+        let Self { pattern, blocks, exact, ground, inverse_diagonal, diagonal, position, reach, .. } = self;
+        by_block_rows(pattern, blocks, parallel, |i, row| {
+            row.iter_mut().zip(&exact[pattern.row(i)]).for_each(|(single, double)| *single = double.single());
+        });
+        by_rows(ground.as_chunks_mut::<2>().0, parallel, |first, ground| {
+            for (k, ground) in ground.iter_mut().enumerate() {
+                let i = first + k;
+                let own = position[i / 2];
+                let [mut moves, mut turns] = [DMat3::ZERO; 2];
+                let blocks = exact[pattern.row(i)].as_chunks::<2>().0;
+                for (columns, blocks) in pattern.columns(i).as_chunks::<2>().0.iter().zip(blocks) {
+                    let arm = (position[columns[0] as usize / 2] - own) / *reach;
+                    let [along, about] = blocks.map(DMat3::from);
+                    moves += along;
+                    turns += along * turned(arm).as_dmat3() + about;
+                }
+                *ground = [moves, turns].map(|block| block.as_mat3().into());
+            }
+        });
+        by_rows(inverse_diagonal, parallel, |first, inverse| {
+            for (k, inverse) in inverse.iter_mut().enumerate() {
+                *inverse = inverted(exact[diagonal[first + k] as usize].into());
+            }
+        });
+    }
+
     /// `image = A step`, or `A solution`.
     fn multiply(&mut self, of: Of, parallel: bool) {
-        let Self { pattern, blocks, ties, tie, solution, step, image, .. } = self;
+        let mut image = std::mem::take(&mut self.image);
         let x: &[Vec3A] = match of {
-            Of::Step => step,
-            Of::Solution => solution,
+            Of::Step => &self.step,
+            Of::Solution => &self.solution,
         };
-        by_rows(image, parallel, |first, image| multiply_rows(pattern, blocks, ties, tie, x, first, image));
+        by_rows(&mut image, parallel, |first, image| match self.rows_a_node {
+            1 => self.multiply_finest(x, first, image),
+            _ => self.multiply_bodies(x, first, image),
+        });
+        self.image = image;
+    }
+
+    /// Rows of `A x` from `first` on, of the finest level. Several sums at once, for an addition takes longer than what
+    /// it adds.
+    fn multiply_finest(&self, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+        let level = self;
+        on_widest_unit!((level: &Level, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+            let Level { pattern, blocks, ties, tie, ground, .. } = level;
+            for (k, y) in y.iter_mut().enumerate() {
+                let i = first + k;
+                let own = x[i];
+                let row = ties.row(i);
+                let mut tied = [Vec3A::ZERO; 4];
+                let (columns, values) = (&ties.column[row.clone()], &tie[row]);
+                let (fours, rest) = columns.as_chunks::<4>();
+                let (four_values, rest_of_values) = values.as_chunks::<4>();
+                for (columns, values) in fours.iter().zip(four_values) {
+                    for lane in 0..4 {
+                        tied[lane] += (x[columns[lane] as usize] - own) * values[lane];
+                    }
+                }
+                for (column, value) in rest.iter().zip(rest_of_values) {
+                    tied[0] += (x[*column as usize] - own) * *value;
+                }
+                let row = pattern.row(i);
+                let mut sums = [Vec3A::ZERO; 3];
+                for (j, block) in pattern.column[row.clone()].iter().zip(&blocks[row]) {
+                    add_image(&mut sums, block, x[*j as usize] - own);
+                }
+                add_image(&mut sums, &ground[i], own);
+                *y = ((sums[0] + sums[1]) + sums[2]) + ((tied[0] + tied[1]) + (tied[2] + tied[3]));
+            }
+        });
+    }
+
+    /// The same of another level, two rows a node.
+    fn multiply_bodies(&self, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+        let level = self;
+        on_widest_unit!((level: &Level, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+            let Level { pattern, blocks, ground, position, reach, .. } = level;
+            for (k, y) in y.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+                let i = first / 2 + k;
+                let (moves, turns) = (x[2 * i], x[2 * i + 1]);
+                // The turn over the unit of turns: what it moves at a distance.
+                let turn = turns / *reach;
+                let [upper, lower] = [pattern.row(2 * i), pattern.row(2 * i + 1)];
+                let columns = pattern.column[upper.clone()].as_chunks::<2>().0;
+                let [upper, lower] = [upper, lower].map(|row| blocks[row].as_chunks::<2>().0);
+                let mut sums = [[Vec3A::ZERO; 3]; 2];
+                for ((columns, upper), lower) in columns.iter().zip(upper).zip(lower) {
+                    let j = columns[0] as usize / 2;
+                    let along = x[2 * j] - moves - turn.cross(position[j] - position[i]);
+                    let about = x[2 * j + 1] - turns;
+                    for (sums, blocks) in sums.iter_mut().zip([upper, lower]) {
+                        add_image(sums, &blocks[0], along);
+                        add_image(sums, &blocks[1], about);
+                    }
+                }
+                for (half, sums) in sums.iter_mut().enumerate() {
+                    add_image(sums, &ground[4 * i + 2 * half], moves);
+                    add_image(sums, &ground[4 * i + 2 * half + 1], turns);
+                    y[half] = (sums[0] + sums[1]) + sums[2];
+                }
+            }
+        });
     }
 
     /// `residual = right - A solution`.
@@ -393,11 +431,7 @@ impl Level {
         next.reach = (squares / position.len() as f64).sqrt().max(1e-30) as f32;
         for (i, (a, p)) in aggregate.iter().zip(position.iter()).enumerate().filter(|(_, (a, _))| **a != NONE) {
             let arm = (*p - next.position[*a as usize]) / next.reach;
-            tentative[*rows_a_node * i] = Mat3A::from_cols(
-                Vec3A::new(0.0, -arm.z, arm.y),
-                Vec3A::new(arm.z, 0.0, -arm.x),
-                Vec3A::new(-arm.y, arm.x, 0.0),
-            );
+            tentative[*rows_a_node * i] = turned(arm);
             if *rows_a_node == 2 {
                 tentative[2 * i + 1] = Mat3A::from_diagonal(glam::Vec3::splat(*reach / next.reach));
             }
@@ -426,7 +460,7 @@ impl Level {
                 if !turns {
                     prolongation[at] += blocks[k];
                 }
-                add_product(&mut prolongation[at + 1], &blocks[k], &tentative[j]);
+                prolongation[at + 1] += blocks[k] * tentative[j];
             }
             for k in ties.row(i) {
                 let at = tied_at[k] as usize;
@@ -446,8 +480,8 @@ impl Level {
     }
 
     /// The matrix of the next level, P^T A P.
-    fn galerkin(&mut self, coarse_pattern: &Pattern, coarse: &mut [Mat3A], parallel: bool) {
-        let Self { pattern, blocks, ties, tie, transfer, .. } = self;
+    fn galerkin(&mut self, matrix: &StepMatrix, coarse_pattern: &Pattern, coarse: &mut [Wide], parallel: bool) {
+        let Self { rows_a_node, pattern, exact, ties, transfer, .. } = self;
         let Transfer {
             pattern: to,
             blocks: prolongation,
@@ -463,11 +497,17 @@ impl Level {
         } = transfer.as_mut().expect("not the coarsest");
         let right = Blocks { pattern: to, values: prolongation };
         by_block_rows(product, product_blocks, parallel, |i, sums| {
-            if !sums.is_empty() {
-                let (row, tied) = (pattern.row(i), ties.row(i));
-                let row = Row { columns: &pattern.column[row.clone()], values: &blocks[row] };
-                let tied = Row { columns: &ties.column[tied.clone()], values: &tie[tied] };
-                product_row(row, tied, right, &product_at[first_product[i] as usize..], sums);
+            if sums.is_empty() {
+                return;
+            }
+            let (row, places) = (pattern.row(i), &product_at[first_product[i] as usize..]);
+            let columns = &pattern.column[row.clone()];
+            if *rows_a_node == 1 {
+                let tied = ties.row(i);
+                let tied = Row { columns: &ties.column[tied.clone()], values: &matrix.tie[tied] };
+                finest_product_row(Row { columns, values: &matrix.blocks[row] }, tied, right, places, sums);
+            } else {
+                product_row(Row { columns, values: &exact[row] }, right, places, sums);
             }
         });
         let right = Blocks { pattern: product, values: product_blocks };
@@ -479,171 +519,25 @@ impl Level {
     }
 }
 
-/// Rows of the restriction of a field.
-fn restrict_rows(
-    transposed: &Pattern,
-    origin: &[u32],
-    blocks: &[Mat3A],
-    field: &[Vec3A],
-    first: usize,
-    restricted: &mut [Vec3A],
-) {
-    on_widest_unit!((
-        transposed: &Pattern,
-        origin: &[u32],
-        blocks: &[Mat3A],
-        field: &[Vec3A],
-        first: usize,
-        restricted: &mut [Vec3A],
-    ) {
-        for (k, restricted) in restricted.iter_mut().enumerate() {
-            let mut sums = [Vec3A::ZERO; 3];
-            let row = transposed.row(first + k);
-            for (j, m) in transposed.column[row.clone()].iter().zip(&origin[row]) {
-                let (value, block) = (field[*j as usize], &blocks[*m as usize]);
-                sums[0] += block.x_axis * value;
-                sums[1] += block.y_axis * value;
-                sums[2] += block.z_axis * value;
-            }
-            *restricted = Vec3A::from_array(sums.map(|sum| sum.element_sum()));
-        }
-    });
+/// `sums += block x`, a sum for each column.
+#[inline(always)]
+fn add_image(sums: &mut [Vec3A; 3], block: &Mat3A, x: Vec3A) {
+    sums[0] += block.x_axis * x.x;
+    sums[1] += block.y_axis * x.y;
+    sums[2] += block.z_axis * x.z;
 }
 
-/// Adds rows of the prolongation of a coarse field.
-fn prolongate_rows(pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
-    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
-        for (k, value) in field.iter_mut().enumerate() {
-            *value += block_row_times(pattern, blocks, coarse, first + k);
-        }
-    });
+/// How a turn moves the end of an arm.
+fn turned(arm: Vec3A) -> Mat3A {
+    Mat3A::from_cols(Vec3A::new(0.0, -arm.z, arm.y), Vec3A::new(arm.z, 0.0, -arm.x), Vec3A::new(-arm.y, arm.x, 0.0))
 }
 
-/// Groups of nodes around nodes that are far enough apart: the aggregate of each node, and how many there are. Fixed
-/// nodes are in none.
-fn aggregates(graph: &Pattern, fixed: &[bool]) -> (Vec<u32>, usize) {
-    let rows = graph.rows();
-    let mut aggregate = vec![NONE; rows];
-    let mut count = 0u32;
-    let neighbours = |i: usize| graph.columns(i).iter().map(|j| *j as usize).filter(move |j| *j != i && !fixed[*j]);
-    for i in 0..rows {
-        if !fixed[i] && aggregate[i] == NONE && neighbours(i).all(|j| aggregate[j] == NONE) {
-            aggregate[i] = count;
-            neighbours(i).for_each(|j| aggregate[j] = count);
-            count += 1;
-        }
+/// The inverse of a block of the diagonal; nothing for nothing.
+fn inverted(block: DMat3) -> Mat3A {
+    let mean = (block.x_axis.x + block.y_axis.y + block.z_axis.z) / 3.0;
+    if mean <= 0.0 {
+        return Mat3A::ZERO;
     }
-    let cores = aggregate.clone();
-    for i in 0..rows {
-        if !fixed[i] && aggregate[i] == NONE {
-            match neighbours(i).map(|j| cores[j]).filter(|a| *a != NONE).min() {
-                Some(near) => aggregate[i] = near,
-                None => {
-                    aggregate[i] = count;
-                    count += 1;
-                }
-            }
-        }
-    }
-    (aggregate, count as usize)
-}
-
-impl Transfer {
-    fn lay_out(matrix: &Pattern, ties: &Pattern, rows_a_node: usize, aggregate: Vec<u32>, count: usize) -> Self {
-        let rows = matrix.rows();
-        let aggregate_of = |row: u32| aggregate[row as usize / rows_a_node];
-        let all_columns = |i: usize| matrix.columns(i).iter().chain(ties.columns(i)).copied();
-        let pattern = Pattern::from_rows((0..rows).map(|i| {
-            if aggregate_of(i as u32) == NONE {
-                return Vec::new();
-            }
-            all_columns(i).map(aggregate_of).filter(|a| *a != NONE).flat_map(|a| [2 * a, 2 * a + 1]).collect()
-        }));
-        let place = |i: usize, j: u32| {
-            let a = aggregate_of(j);
-            let found = (a != NONE).then(|| pattern.find(i, 2 * a)).flatten();
-            found.map_or(u8::MAX, |k| (k - pattern.first[i] as usize) as u8)
-        };
-        let own = (0..rows).map(|i| place(i, i as u32)).collect();
-        let places = |of: &Pattern| {
-            (0..rows).flat_map(|i| of.columns(i).iter().map(move |j| (i, *j))).map(|(i, j)| place(i, j)).collect()
-        };
-        let (smoothed_at, tied_at) = (places(matrix), places(ties));
-        let product = Pattern::from_rows((0..rows).map(|i| {
-            if pattern.row(i).is_empty() {
-                return Vec::new();
-            }
-            all_columns(i).flat_map(|j| pattern.columns(j as usize)).copied().collect()
-        }));
-        let mut product_at = Vec::new();
-        let mut first_product = Vec::with_capacity(rows);
-        for i in 0..rows {
-            first_product.push(product_at.len() as u32);
-            for j in all_columns(i) {
-                for a in pattern.columns(j as usize) {
-                    // A fixed node has no row: its products fall away with it.
-                    product_at.push(product.find(i, *a).map_or(0, |k| (k - product.first[i] as usize) as u16));
-                }
-            }
-        }
-        let mut size = vec![0.0; count];
-        aggregate.iter().filter(|a| **a != NONE).for_each(|a| size[*a as usize] += 1.0);
-        let (transposed, origin) = pattern.transposed(2 * count);
-        Self {
-            blocks: vec![Mat3A::ZERO; pattern.blocks()],
-            product_blocks: vec![Mat3A::ZERO; product.blocks()],
-            tentative: vec![Mat3A::ZERO; rows],
-            own,
-            size,
-            aggregate,
-            pattern,
-            smoothed_at,
-            tied_at,
-            transposed,
-            origin,
-            product,
-            product_at,
-            first_product,
-            coarse_at: Vec::new(),
-            first_coarse: Vec::new(),
-        }
-    }
-
-    fn coarse_pattern(&self) -> Pattern {
-        Pattern::from_rows((0..self.transposed.rows()).map(|a| {
-            self.transposed
-                .columns(a)
-                .iter()
-                .flat_map(|i| self.product.columns(*i as usize))
-                .copied()
-                .chain([a as u32])
-                .collect()
-        }))
-    }
-
-    /// Which aggregates touch: the graph of the next level.
-    fn coarse_graph(&self, graph: &Pattern, count: usize) -> Pattern {
-        let mut rows: Vec<Vec<u32>> = (0..count as u32).map(|a| vec![a]).collect();
-        for i in 0..graph.rows() {
-            for j in graph.columns(i) {
-                let (a, b) = (self.aggregate[i], self.aggregate[*j as usize]);
-                if a != NONE && b != NONE {
-                    rows[a as usize].push(b);
-                }
-            }
-        }
-        Pattern::from_rows(rows.into_iter())
-    }
-
-    fn place_coarse(&mut self, coarse: &Pattern) {
-        for a in 0..coarse.rows() {
-            self.first_coarse.push(self.coarse_at.len() as u32);
-            for i in self.transposed.columns(a) {
-                for b in self.product.columns(*i as usize) {
-                    let place = coarse.find(a, *b).expect("the pattern holds every product");
-                    self.coarse_at.push((place - coarse.first[a] as usize) as u16);
-                }
-            }
-        }
-    }
+    let scaled = block * (1.0 / mean) + DMat3::from_diagonal(DVec3::splat(SOFT));
+    (scaled.inverse() * (1.0 / mean)).as_mat3().into()
 }
