@@ -45,8 +45,6 @@ struct Implicit {
     matrix: StepMatrix,
     multigrid: Multigrid,
     linear: ConjugateGradients,
-    /// Whether the step has yet to estimate the eigenvalues of the levels.
-    fresh: bool,
     fixed: Vec<bool>,
     mass: Vec<f64>,
     drag: Vec<f64>,
@@ -90,7 +88,6 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         matrix: StepMatrix::default(),
         multigrid: Multigrid::default(),
         linear: ConjugateGradients::default(),
-        fresh: true,
         fixed: Vec::new(),
         mass: Vec::new(),
         drag: Vec::new(),
@@ -316,7 +313,6 @@ impl Implicit {
             None => moving,
         };
         let mut first_gain = 0.0;
-        self.fresh = true;
         let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
         for iteration in 0..most {
             if let Some(contact) = &mut self.contact {
@@ -458,8 +454,7 @@ impl Implicit {
                 self.residual[i] -= self.correction[i];
             }
         }
-        let iterations = self.solve_linear(tolerance, self.fresh, parallel);
-        self.fresh = false;
+        let iterations = self.solve_linear(tolerance, parallel);
         report.iterations[1] += iterations as u32;
         // What is left of it is no step that anyone asked for.
         report.stalled |= iterations >= LINEAR;
@@ -472,11 +467,11 @@ impl Implicit {
     }
 
     /// Solves for the correction of a Newton iteration. Returns the number of iterations.
-    fn solve_linear(&mut self, tolerance: Tolerance, fresh: bool, parallel: bool) -> usize {
+    fn solve_linear(&mut self, tolerance: Tolerance, parallel: bool) -> usize {
         let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, .. } = self;
         let mut caution = CAUTION;
         loop {
-            multigrid.set_up(matrix, position, caution, fresh || caution > CAUTION, parallel);
+            multigrid.set_up(matrix, position, caution, parallel);
             rest_of_residual.copy_from_slice(residual);
             if let Some(iterations) = linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel)
             {

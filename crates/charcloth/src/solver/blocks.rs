@@ -144,9 +144,14 @@ pub fn by_block_rows<T: Send>(
 }
 
 /// Runs `work(row, one output, the other)` over rows.
-pub fn by_row_pairs<T: Send>(a: &mut [T], b: &mut [T], parallel: bool, work: impl Fn(usize, &mut T, &mut T) + Sync) {
+pub fn by_row_pairs<T: Send, U: Send>(
+    a: &mut [T],
+    b: &mut [U],
+    parallel: bool,
+    work: impl Fn(usize, &mut T, &mut U) + Sync,
+) {
     let rows = ROWS_A_TASK;
-    let part = |first: usize, a: &mut [T], b: &mut [T]| {
+    let part = |first: usize, a: &mut [T], b: &mut [U]| {
         for (k, (a, b)) in a.iter_mut().zip(b).enumerate() {
             work(first + k, a, b);
         }

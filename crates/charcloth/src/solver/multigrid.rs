@@ -23,17 +23,15 @@ const NONE: u32 = u32::MAX;
 const DIRECT: usize = 48;
 /// Degree of the Chebyshev smoother before and after the coarse correction.
 const DEGREE: usize = 2;
-/// Iterations that estimate the largest eigenvalue of the finest level, and of the others, where they are cheap.
-const POWER_FINEST: usize = 8;
-const POWER: usize = 20;
-/// The same from the vector of the last estimate on.
-const POWER_AGAIN: usize = 3;
-/// Factor over estimates from below. // tuned: 1.05 to 1.3
-pub const CAUTION: f32 = 1.15;
+/// Steps of Lanczos that estimate the largest eigenvalue of a level. // tuned: 5 to 12
+const LANCZOS: usize = 7;
+/// Factor over estimates. // tuned: 1.0 to 1.2
+pub const CAUTION: f32 = 1.05;
 /// Smallest eigenvalue that smoothing aims at, as a part of the largest.
 const SMOOTHED: f32 = 1.0 / 8.0;
-/// What is added to a block of the diagonal before it is inverted, as a part of its mean: a body on a line does not turn about it.
-const SOFT: f64 = 1e-9;
+/// Least ground of a row, as a part of its stiffness, that single precision tells from nothing. What has less is taken to have
+/// as much by the smoother; the coarsening goes by what it has. // tuned: some roundings of 6e-8, 2e-7 to 1e-6
+const TOLD: f64 = 4e-7;
 
 /// One level. Its nodes have one row each on the finest (a displacement), two on all others (a displacement and a
 /// rotation).
@@ -63,8 +61,6 @@ struct Level {
     residual: Vec<Vec3A>,
     step: Vec<Vec3A>,
     image: Vec<Vec3A>,
-    /// Close to the eigenvector of the largest eigenvalue.
-    roughest: Vec<Vec3A>,
     transfer: Option<Transfer>,
 }
 
@@ -109,7 +105,6 @@ impl Multigrid {
                 residual: vec![Vec3A::ZERO; rows],
                 step: vec![Vec3A::ZERO; rows],
                 image: vec![Vec3A::ZERO; rows],
-                roughest: vec![Vec3A::ZERO; rows],
                 pattern,
                 ties,
                 ..Level::default()
@@ -136,9 +131,8 @@ impl Multigrid {
     }
 
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
-    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. Estimates are made anew where
-    /// `fresh`, as at the start of a step, and else follow from the last.
-    pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
+    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does.
+    pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, parallel: bool) {
         let finest = &mut self.levels[0];
         finest.tie.iter_mut().zip(&matrix.tie).for_each(|(single, double)| *single = *double as f32);
         finest.position.iter_mut().zip(position).for_each(|(single, double)| *single = double.as_vec3a());
@@ -150,12 +144,7 @@ impl Multigrid {
             } else {
                 level.take_coarse(parallel);
             }
-            let iterations = match (fresh, l) {
-                (false, _) => POWER_AGAIN,
-                (true, 0) => POWER_FINEST,
-                (true, _) => POWER,
-            };
-            level.largest = caution * level.largest_eigenvalue(fresh, iterations, parallel);
+            level.largest = caution * level.largest_eigenvalue(parallel);
             if let (Some(next), Some(_)) = (coarse.first_mut(), &level.transfer) {
                 level.place_aggregates(next);
                 level.smooth_prolongation(parallel);
@@ -254,46 +243,57 @@ impl Level {
         }
     }
 
-    /// Takes over the blocks of the finest level.
+    /// Takes over the blocks of the finest level; leaves rough forces in `residual`.
     fn take_finest(&mut self, matrix: &StepMatrix, parallel: bool) {
-        let Self { pattern, ties, blocks, ground, inverse_diagonal, .. } = self;
+        let Self { pattern, ties, blocks, ground, inverse_diagonal, residual, .. } = self;
         by_block_rows(pattern, blocks, parallel, |i, row| {
             let exact = &matrix.blocks[pattern.row(i)];
             row.iter_mut().zip(exact).for_each(|(single, double)| *single = double.as_mat3().into());
         });
+        by_rows(residual, parallel, |first, rough| {
+            for (k, rough) in rough.iter_mut().enumerate() {
+                *rough = rough_force(&matrix.blocks[matrix.diagonal[first + k] as usize], first + k);
+            }
+        });
         by_row_pairs(ground, inverse_diagonal, parallel, |i, ground, inverse| {
             let tied: f64 = matrix.tie[ties.row(i)].iter().sum();
             let sum: DMat3 = matrix.blocks[pattern.row(i)].iter().sum();
-            *ground = (sum + DMat3::from_diagonal(DVec3::splat(tied))).as_mat3().into();
-            *inverse = inverted(matrix.blocks[matrix.diagonal[i] as usize]);
+            let exact = sum + DMat3::from_diagonal(DVec3::splat(tied));
+            let own = matrix.blocks[matrix.diagonal[i] as usize];
+            let more = what_is_untold(&exact, &own);
+            *ground = (exact + more).as_mat3().into();
+            *inverse = inverted(own + more);
         });
     }
 
     /// The same of another level, from what double precision has of them.
     fn take_coarse(&mut self, parallel: bool) {
-        let Self { pattern, blocks, exact, ground, inverse_diagonal, diagonal, position, reach, .. } = self;
+        let Self { pattern, blocks, exact, ground, inverse_diagonal, diagonal, position, reach, residual, .. } = self;
         by_block_rows(pattern, blocks, parallel, |i, row| {
             row.iter_mut().zip(&exact[pattern.row(i)]).for_each(|(single, double)| *single = double.single());
         });
-        by_rows(ground.as_chunks_mut::<2>().0, parallel, |first, ground| {
-            for (k, ground) in ground.iter_mut().enumerate() {
-                let i = first + k;
-                let own = position[i / 2];
-                let [mut moves, mut turns] = [DMat3::ZERO; 2];
-                let blocks = exact[pattern.row(i)].as_chunks::<2>().0;
-                for (columns, blocks) in pattern.columns(i).as_chunks::<2>().0.iter().zip(blocks) {
-                    let arm = (position[columns[0] as usize / 2] - own) / *reach;
-                    let [along, about] = blocks.map(DMat3::from);
-                    moves += along;
-                    turns += along * turned(arm).as_dmat3() + about;
-                }
-                *ground = [moves, turns].map(|block| block.as_mat3().into());
+        by_rows(residual, parallel, |first, rough| {
+            for (k, rough) in rough.iter_mut().enumerate() {
+                *rough = rough_force(&exact[diagonal[first + k] as usize].into(), first + k);
             }
         });
-        by_rows(inverse_diagonal, parallel, |first, inverse| {
-            for (k, inverse) in inverse.iter_mut().enumerate() {
-                *inverse = inverted(exact[diagonal[first + k] as usize].into());
+        let grounds = ground.as_chunks_mut::<2>().0;
+        by_row_pairs(grounds, inverse_diagonal, parallel, |i, ground, inverse| {
+            let own = position[i / 2];
+            let [mut moves, mut turns] = [DMat3::ZERO; 2];
+            let blocks = exact[pattern.row(i)].as_chunks::<2>().0;
+            for (columns, blocks) in pattern.columns(i).as_chunks::<2>().0.iter().zip(blocks) {
+                let arm = (position[columns[0] as usize / 2] - own) / *reach;
+                let [along, about] = blocks.map(DMat3::from);
+                moves += along;
+                turns += along * turned(arm).as_dmat3() + about;
             }
+            let stiffness = DMat3::from(exact[diagonal[i] as usize]);
+            let like = if i % 2 == 0 { &mut moves } else { &mut turns };
+            let more = what_is_untold(like, &stiffness);
+            *like += more;
+            *inverse = inverted(stiffness + more);
+            *ground = [moves, turns].map(|block| block.as_mat3().into());
         });
     }
 
@@ -387,35 +387,43 @@ impl Level {
         });
     }
 
-    /// Largest eigenvalue of D^-1 A by power iteration, from a fixed rough vector where `fresh`, else from the last one.
-    fn largest_eigenvalue(&mut self, fresh: bool, iterations: usize, parallel: bool) -> f32 {
-        let rough = |k: usize| (k.wrapping_mul(2_654_435_761) >> 7 & 0xff) as f32 / 128.0 - 1.0;
-        if fresh {
-            for (i, v) in self.roughest.iter_mut().enumerate() {
-                *v = Vec3A::new(rough(3 * i), rough(3 * i + 1), rough(3 * i + 2));
-            }
-        }
-        self.step.copy_from_slice(&self.roughest);
-        let mut largest = 1.0f32;
-        for _ in 0..iterations {
-            self.multiply(Of::Step, parallel);
-            let Self { inverse_diagonal, residual, step, image, .. } = self;
-            by_rows(residual, parallel, |first, scaled| {
-                for (k, scaled) in scaled.iter_mut().enumerate() {
-                    *scaled = inverse_diagonal[first + k] * image[first + k];
+    /// Largest eigenvalue of D^-1 A, estimated from above by the method of Lanczos [Lanczos1950] from the
+    /// forces in `residual` on.
+    fn largest_eigenvalue(&mut self, parallel: bool) -> f32 {
+        let dot = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| f64::from(a.dot(*b))).sum::<f64>();
+        // `residual` is a force, `step` the displacement that D makes of it; `solution` is the force before.
+        self.solution.fill(Vec3A::ZERO);
+        let (mut diagonal, mut beside) = ([0.0f64; LANCZOS], [0.0f64; LANCZOS + 1]);
+        let mut steps = 0;
+        loop {
+            let Self { inverse_diagonal, residual, step, .. } = self;
+            by_rows(step, parallel, |first, step| {
+                for (k, step) in step.iter_mut().enumerate() {
+                    *step = inverse_diagonal[first + k] * residual[first + k];
                 }
             });
-            let norm = |v: &[Vec3A]| v.iter().map(|v| f64::from(v.length_squared())).sum::<f64>().sqrt();
-            let (before, after) = (norm(step), norm(residual));
-            if before == 0.0 || after == 0.0 {
+            let norm = dot(residual, step).max(0.0).sqrt();
+            beside[steps] = norm;
+            if steps == LANCZOS || norm <= 1e-6 * diagonal[0] {
                 break;
             }
-            largest = (after / before) as f32;
-            let scale = (1.0 / after) as f32;
-            step.iter_mut().zip(residual.iter()).for_each(|(v, image)| *v = *image * scale);
+            let scale = (1.0 / norm) as f32;
+            step.iter_mut().chain(residual.iter_mut()).for_each(|v| *v *= scale);
+            self.multiply(Of::Step, parallel);
+            let Self { residual, solution, step, image, .. } = self;
+            let own = dot(step, image);
+            diagonal[steps] = own;
+            let (own, before) = (own as f32, if steps == 0 { 0.0 } else { beside[steps] as f32 });
+            by_row_pairs(residual, solution, parallel, |i, residual, solution| {
+                let next = image[i] - *residual * own - *solution * before;
+                *solution = std::mem::replace(residual, next);
+            });
+            steps += 1;
         }
-        self.roughest.copy_from_slice(&self.step);
-        largest
+        if steps == 0 {
+            return 1.0;
+        }
+        estimate_above(&diagonal[..steps], &beside[1..=steps]) as f32
     }
 
     /// The middle of each aggregate, and how rigid motions of it move its nodes.
@@ -532,12 +540,111 @@ fn turned(arm: Vec3A) -> Mat3A {
     Mat3A::from_cols(Vec3A::new(0.0, -arm.z, arm.y), Vec3A::new(arm.z, 0.0, -arm.x), Vec3A::new(-arm.y, arm.x, 0.0))
 }
 
-/// The inverse of a block of the diagonal; nothing for nothing.
+/// What a ground lacks to be told from nothing beside the stiffness of its row.
+fn what_is_untold(ground: &DMat3, stiffness: &DMat3) -> DMat3 {
+    let told = TOLD * mean(stiffness);
+    DMat3::from_diagonal(DVec3::splat((told - least_eigenvalue(ground)).clamp(0.0, told.max(0.0))))
+}
+
+/// The least eigenvalue of the symmetric part of a block, by the cosine of a third of an angle.
+fn least_eigenvalue(block: &DMat3) -> f64 {
+    let middle = mean(block);
+    let deviator = (*block + block.transpose()) * 0.5 - DMat3::from_diagonal(DVec3::splat(middle));
+    let squares: f64 = deviator.to_cols_array().iter().map(|v| v * v).sum();
+    let size = (squares / 6.0).sqrt();
+    if size <= 0.0 {
+        return middle;
+    }
+    let angle = (0.5 * (deviator * (1.0 / size)).determinant()).clamp(-1.0, 1.0).acos() / 3.0;
+    middle + 2.0 * size * (angle + std::f64::consts::TAU / 3.0).cos()
+}
+
+fn mean(block: &DMat3) -> f64 {
+    (block.x_axis.x + block.y_axis.y + block.z_axis.z) / 3.0
+}
+
+/// The inverse of a block of the diagonal; nothing for nothing, as where a body of one node turns.
 fn inverted(block: DMat3) -> Mat3A {
-    let mean = (block.x_axis.x + block.y_axis.y + block.z_axis.z) / 3.0;
-    if mean <= 0.0 {
+    let size = mean(&block);
+    if size <= 0.0 {
         return Mat3A::ZERO;
     }
-    let scaled = block * (1.0 / mean) + DMat3::from_diagonal(DVec3::splat(SOFT));
-    (scaled.inverse() * (1.0 / mean)).as_mat3().into()
+    ((block * (1.0 / size)).inverse() * (1.0 / size)).as_mat3().into()
+}
+
+/// The largest eigenvalue of a symmetric matrix of three diagonals, and by how much that of the whole may be over it: what is
+/// next beside the diagonal (the last number), by the part of the eigenvector that it meets.
+fn estimate_above(diagonal: &[f64], beside: &[f64]) -> f64 {
+    let steps = diagonal.len();
+    // Eigenvalues over a number are as many as pivots under nought.
+    let over = |x: f64| {
+        let mut pivot = 1.0;
+        (0..steps).any(|k| {
+            let coupling = if k == 0 { 0.0 } else { beside[k - 1] * beside[k - 1] };
+            pivot = x - diagonal[k] - coupling / pivot;
+            pivot <= 0.0
+        })
+    };
+    let reach = |k: usize| if k == 0 { 0.0 } else { beside[k - 1] };
+    let most = |k: usize| diagonal[k] + reach(k) + if k + 1 < steps { beside[k] } else { 0.0 };
+    let (mut low, mut high) = (0.0, (0..steps).map(most).fold(0.0, f64::max));
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if over(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let (mut before, mut last, mut squares) = (0.0, 1.0, 1.0);
+    for k in 0..steps - 1 {
+        let next = ((high - diagonal[k]) * last - reach(k) * before) / beside[k];
+        (before, last) = (last, next);
+        squares += next * next;
+    }
+    high + beside[steps - 1] * last.abs() / squares.sqrt()
+}
+
+/// A rough force on a row, which its block of the diagonal bears with an energy that is the same for all rows.
+fn rough_force(stiffness: &DMat3, row: usize) -> Vec3A {
+    let rough = |k: usize| f64::from((3 * row + k).wrapping_mul(2_654_435_761) as u32 >> 24) / 128.0 - 1.0;
+    let m = stiffness;
+    let root = |square: f64| square.max(0.0).sqrt();
+    // By the Cholesky factor of the block.
+    let first = root(m.x_axis.x);
+    let (second, third) = if first > 0.0 { (m.x_axis.y / first, m.x_axis.z / first) } else { (0.0, 0.0) };
+    let fourth = root(m.y_axis.y - second * second);
+    let fifth = if fourth > 0.0 { (m.y_axis.z - third * second) / fourth } else { 0.0 };
+    let last = root(m.z_axis.z - third * third - fifth * fifth);
+    let [a, b, c] = [rough(0), rough(1), rough(2)];
+    DVec3::new(first * a, second * a + fourth * b, third * a + fifth * b + last * c).as_vec3a()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_eigenvalue_of_a_block_is_that_of_its_axes() {
+        for axes in [[3.0, 1.0, 1e-6], [2.0, 2.0, 2.0], [1.0, -0.5, 1.0], [5.0, 5.0, 0.0]] {
+            let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
+            let block = turn * DMat3::from_diagonal(DVec3::from_array(axes)) * turn.transpose();
+            let least = axes.into_iter().fold(f64::INFINITY, f64::min);
+            assert!((least_eigenvalue(&block) - least).abs() < 1e-13, "{axes:?}: {}", least_eigenvalue(&block));
+        }
+    }
+
+    #[test]
+    fn the_largest_eigenvalue_of_three_diagonals_is_estimated_from_above() {
+        // Second differences: 2 - 2 cos(k pi/(n + 1)).
+        for n in [1usize, 2, 5, 9] {
+            let largest = 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 1.0)).cos();
+            let mut beside = vec![1.0; n];
+            beside[n - 1] = 0.0;
+            assert!((estimate_above(&vec![2.0; n], &beside) - largest).abs() < 1e-8, "{n}");
+            beside[n - 1] = 1.0;
+            let above = estimate_above(&vec![2.0; n], &beside);
+            assert!(above > 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 2.0)).cos() && above < 5.0, "{n}: {above}");
+        }
+    }
 }

@@ -6,8 +6,8 @@ use glam::{DMat3, Vec3A};
 
 /// Most rows of a part that is solved directly.
 const MOST_ROWS: usize = 192;
-/// Least pivot, as a part of what it was before elimination: what rounding may leave of it.
-const LEAST_PIVOT: f64 = 1e-14;
+/// Pivot that is nothing but rounding, as a part of what it was before elimination.
+const LEAST_PIVOT: f64 = 1e-10;
 
 /// Connected parts of a matrix, and their factors.
 #[derive(Default)]
@@ -133,7 +133,8 @@ fn cholesky(factor: &mut [f64], n: usize) {
             row[j] = (row[j] - dot(&row[..j], &upper[j * n..j * n + j])) / upper[j * n + j];
         }
         let value = row[i] - dot(&row[..i], &row[..i]);
-        row[i] = value.max(LEAST_PIVOT * row[i].abs()).max(f64::MIN_POSITIVE).sqrt();
+        // What has no stiffness, as where a body on a line turns about it, does not move.
+        row[i] = if value > LEAST_PIVOT * row[i] { value.sqrt() } else { f64::INFINITY };
     }
 }
 
