@@ -76,8 +76,7 @@ pub struct GasProperties {
     pub flame: f64,
     /// Speed scale of buoyancy at the foot of a flame in full gravity [m/s].
     pub buoyant_speed: f64,
-    /// Reaction over diffusion at the critical temperature, for a film as thick as in air at 1 g, over thickness squared
-    /// [1/m2].
+    /// Reaction over diffusion at the critical temperature, over thickness squared [1/m2].
     damkohler: f64,
 }
 
@@ -111,22 +110,20 @@ pub fn oxygen_mass_fraction(mole_fraction: f64) -> f64 {
 impl GasProperties {
     /// Works them out.
     pub fn of(surroundings: &Surroundings, oxygen_demand: f64) -> Self {
-        let reference = Self::without_reaction(
-            &Surroundings {
-                oxygen: 0.209,
-                temperature: 298.15,
-                pressure: ATMOSPHERE,
-                gravity: glam::DVec3::Y * -9.81,
-                ..*surroundings
-            },
-            oxygen_demand,
-        );
-        // Eq. 14.5: a flame goes out at the critical temperature in a film of thickness alpha/U in air at 1 g and 1 atm. The
-        // reaction is of second order, so its rate per mass goes with the pressure.
+        let air = Surroundings {
+            oxygen: 0.209,
+            temperature: 298.15,
+            pressure: ATMOSPHERE,
+            gravity: glam::DVec3::Y * -9.81,
+            ..*surroundings
+        };
+        let reference = Self::without_reaction(&air, oxygen_demand);
+        // Eq. 14.5: a flame goes out at the critical temperature in a film of thickness alpha/U in air at 1 g and 1 atm; other
+        // flames by how well they are fed, against how fast diffusion takes heat from their reaction zone.
         let thickness = reference.diffusivity / reference.buoyant_speed;
         let properties = Self::without_reaction(surroundings, oxygen_demand);
-        let damkohler = CRITICAL_DAMKOHLER * reference.diffusivity / (thickness * thickness) / properties.diffusivity
-            * (surroundings.pressure / ATMOSPHERE);
+        let damkohler = CRITICAL_DAMKOHLER / (thickness * thickness) * properties.reactivity(surroundings)
+            / reference.reactivity(&air);
         Self { damkohler, ..properties }
     }
 
@@ -160,6 +157,13 @@ impl GasProperties {
             buoyant_speed: (diffusivity * buoyancy).cbrt(), // Eq. 14.6
             damkohler: 0.0,
         }
+    }
+
+    /// What a reaction of second order in a thin zone goes with, over diffusion, at one temperature of flame [Linan1974]
+    /// [Pa s/m2].
+    fn reactivity(&self, surroundings: &Surroundings) -> f64 {
+        let Self { stoichiometric: z, diffusivity, oxygen_mass_fraction, .. } = *self;
+        surroundings.pressure * oxygen_mass_fraction * (z / (1.0 - z)).powi(2) / diffusivity
     }
 
     /// Part of what diffusion brings together that reacts, at a temperature of the gas and a thickness of film (Eq. 14.5).
