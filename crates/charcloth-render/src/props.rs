@@ -37,7 +37,8 @@ impl Props {
     /// The obstacles of a scene before a camera.
     pub fn build(scenery: &Scenery, camera: &Camera) -> Self {
         let mut props = Self { far: (FAR * camera.radius) as f32, ..Self::default() };
-        for plane in &scenery.planes {
+        // What is taken away is a hand that is not in the picture.
+        for plane in scenery.planes.iter().filter(|plane| plane.until == f64::INFINITY) {
             let middle = camera.target - plane.normal * plane.normal.dot(camera.target - plane.point);
             let (across, along) = plane.normal.any_orthonormal_pair();
             let cell = 2.0 * FAR * camera.radius / CELLS as f64;

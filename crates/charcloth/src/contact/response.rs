@@ -178,7 +178,7 @@ impl Response {
         }
         plane.clear();
         plane.extend(scenery.planes.iter().map(|plane| {
-            let (from, to) = (plane.motion.place(plane.point, before), plane.motion.place(plane.point, after));
+            let [from, to] = plane.way([before, after]);
             [from, to, (to - from) / (after - before)]
         }));
         let still = speed.iter().all(|v| *v == DVec3::ZERO) && plane.iter().all(|p| p[2] == DVec3::ZERO);

@@ -76,6 +76,8 @@ pub struct Obstacle {
     pub spin: [Rate; 3],
     /// When it stops; left out, never.
     pub stop: Option<Time>,
+    /// When a plane is taken away; left out, never. Such a plane is not drawn.
+    pub until: Option<Time>,
     /// Coefficient of friction; left out, that of `[contact]`.
     pub friction: Option<Ratio>,
 }
@@ -94,6 +96,7 @@ impl Default for Obstacle {
             velocity: [Speed(0.0); 3],
             spin: [Rate(0.0); 3],
             stop: None,
+            until: None,
             friction: None,
         }
     }
