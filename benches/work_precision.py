@@ -3,7 +3,7 @@
     python3 work_precision.py --charcloth target/release/charcloth [--blender PYTHON_WITH_BPY] [--pypbd PYTHON_WITH_PYPBD] \\
         --segments 32 64 --csv work_precision.csv --picture work_precision.svg
 
-Errors are those of the two free corners against a run of Charcloth with steps of 0.5 ms (1 ms over 128 segments) on the same mesh,
+Errors are those of the two free corners against a run of Charcloth with steps of 0.5 ms (1 ms from 128 segments on) on the same mesh,
 while the sheet falls (12 frames; later it crumples, and no two runs agree): root of the mean square over corners and frames, and the largest. Strain is that of the edges along both axes in the worst frame, column
 stretch the largest change of the arc length of a column. Time is that of a frame, of the processor and of the clock.
 Needs numpy and matplotlib; Blender's cloth needs a Python that has bpy 5.0.1, XPBD one that has pypbd 2.2.2.
@@ -211,7 +211,7 @@ def collect(arguments):
 
     for segments in arguments.segments:
         folder = f"{arguments.scratch}/{segments}"
-        finest = 0.5 if segments <= 128 else 1
+        finest = 0.5 if segments < 128 else 1
         fine = {"time.step": f"{finest} ms", "shell.newton_tolerance": 1e-4, "shell.linear_tolerance": 1e-2}
         reference, timed = run_charcloth(arguments, segments, arguments.frames, fine, folder)
         note("charcloth", segments, f"{finest} ms, 0.0001", timed, figures(reference, reference))

@@ -58,6 +58,8 @@ pub struct Inputs {
     pub motion: Option<MeshSequence>,
     /// Meshes of obstacles by the path the scene gives.
     pub obstacles: BTreeMap<String, SurfaceMesh>,
+    /// How obstacles are animated, by the files the scene gives.
+    pub obstacle_motions: BTreeMap<String, MeshSequence>,
     /// Pictures by the path the scene gives.
     pub images: BTreeMap<String, GreyImage>,
     /// The material that `sheet.material` names, for the physical model.
