@@ -16,7 +16,8 @@ TURN = 6.2832
 CHAR = (0.012, 0.011, 0.010, 1.0)
 ASH = (0.16, 0.155, 0.15, 1.0)
 GLOW_FROM, GLOW_TO = 800.0, 1150.0  # [K]: dull red to orange, as of the sheet
-GLOW = 6.0  # tuned by eye
+GLOW_COLORS = (1350.0, 1900.0)  # [K] tuned, as of the sheet
+GLOW = 3.0  # tuned by eye
 
 
 def ash_material(sheet: bpy.types.Object) -> bpy.types.Material:
@@ -35,7 +36,7 @@ def build_material(name: str) -> bpy.types.Material:
     color = tree.mix(tree.between(age, 0.2, 2.0), CHAR, ASH, "Ash")
     paper = tree.node("ShaderNodeBsdfPrincipled", "Scrap", {"Roughness": 0.9, "Specular IOR Level": 0.2})
     tree.link(color, paper.inputs["Base Color"])
-    tree.link(tree.blackbody(tree.between(kelvin, GLOW_FROM, GLOW_TO, (1150.0, 1650.0))), paper.inputs["Emission Color"])
+    tree.link(tree.blackbody(tree.between(kelvin, GLOW_FROM, GLOW_TO, GLOW_COLORS)), paper.inputs["Emission Color"])
     strength = tree.math("MULTIPLY", tree.between(kelvin, GLOW_FROM, GLOW_TO), tree.value(GLOW, "Glow"))
     tree.link(strength, paper.inputs["Emission Strength"])
     tree.finish(paper.outputs["BSDF"])

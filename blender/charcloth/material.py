@@ -28,9 +28,9 @@ GRAIN = 700.0  # [1/m]: fibres and specks of 1.5 mm
 CLOUDS = 110.0  # [1/m]: patches of 1 cm
 ASHEN, SKETCHED_ASHEN = (0.25, 0.75), (0.68, 0.84)  # part gone between which char turns grey; tuned by eye
 GLOW_FROM, GLOW_TO, SKETCHED_GLOW_TO = 850.0, 1350.0, 1150.0  # [K]: dull red to orange
-GLOW_COLORS = (1150.0, 1650.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
+GLOW_COLORS = (1350.0, 1900.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
 GLOW_RISES, GLOW_FALLS = (0.36, 0.50), (0.58, 0.74)  # part of the fuel gone; tuned: a line, with char on both sides
-GLOW = 3.5  # tuned: the line is brighter than paper in daylight, and keeps its colour
+GLOW = 1.5  # tuned: as bright as paper in daylight; brighter, AgX turns it pink
 FRAY_FROM = 0.78  # part gone at which the rim begins to fray
 
 
