@@ -265,6 +265,8 @@ fn every_exporter_has_a_file() {
     let shared = [
         "mod",
         "glb",
+        "abc_points",
+        "abc_samples",
         "listing",
         "look",
         "ogawa",
@@ -275,6 +277,8 @@ fn every_exporter_has_a_file() {
         "twin",
         "twin_obj",
         "usd_crate",
+        "usd_points",
+        "usd_samples",
         "vdb_grid",
     ];
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -117,7 +117,7 @@ bpy.context.view_layer.objects.active = sheet
 drawn = draw_panels()
 assert {"preset", "pin", "wind", "table", "obstacles", "spacing", "charcloth.burn"} <= set(drawn), drawn
 assert not {"flames", "speed", "noburn"} & set(drawn), "sketches have no flames"
-assert any("preferences" in words for words in drawn) == (not Path(program).exists())
+assert any("was not found" in words for words in drawn), "what went wrong last stands in the panel"
 settings.preset = "denim"
 assert {"flames", "voxel", "speed", "noburn"} <= set(draw_panels()), Layout.drawn
 settings.preset, settings.spacing = "film", 0.005
@@ -271,7 +271,8 @@ for number in range(LAST + 1):
     scene.frame_set(START + number)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     # Each particle is a scrap where the cache has it, as large as it was sheet, and moves as it did.
-    scraps = ash.evaluated_get(depsgraph).evaluated_geometry().mesh
+    geometry = ash.evaluated_get(depsgraph).evaluated_geometry()
+    scraps = geometry.mesh
     count = len(frame["particle_mass"])
     corners = len(scraps.vertices) if scraps else 0
     assert corners == 8 * count, (number, corners, count)
@@ -280,7 +281,7 @@ for number in range(LAST + 1):
         middle = attribute(scraps, "position").reshape(count, 8, 3).mean(1)
         assert (np.linalg.norm(middle - frame["particle_position"], axis=1) < 0.6 * radius + 1e-6).all(), number
         assert np.allclose(attribute(scraps, "kelvin").reshape(count, 8)[:, 0], frame["particle_temperature"])
-        assert "velocity" in scraps.attributes and np.array_equal(attribute(scraps, "id")[::8], np.arange(count))
+        assert len(attribute(scraps, "velocity")) == corners, "blurred by its motion"
     shed = max(shed, count)
     # Flames are those of the frame, around what burns and above it.
     flames = fire.evaluated_get(depsgraph)
@@ -301,11 +302,12 @@ assert 'material = "newsprint_45"' in text and text.count("[[obstacle]]") == 2, 
 
 scene.frame_set(START + LAST)
 scene.camera.location = (0, -1.6, 0.5)
-bright = []
-for fire.hide_render in (False, True):
-    red, green, blue = np.moveaxis(picture(), 2, 0)
-    bright.append((red > 0.6) & (red > 1.3 * blue))
-assert bright[0].sum() > bright[1].sum() + 20, ("fire is seen", [part.sum() for part in bright])
+burnt.hide_render = ash.hide_render = True
+fire.hide_render = True
+dark = picture()
+fire.hide_render = False
+red, green, blue = np.moveaxis(picture() - dark, 2, 0)
+assert (red > 0.05).sum() > 20 and (red >= green - 0.01).all() and (green >= blue - 0.01).all(), ("fire is red to yellow", red.max())
 
 bpy.context.view_layer.objects.active = sheet
 bpy.ops.charcloth.unload()
