@@ -301,7 +301,7 @@ text = (Path(folder) / "news" / "scene.toml").read_text()
 assert 'material = "newsprint_45"' in text and text.count("[[obstacle]]") == 2, text
 
 scene.frame_set(START + LAST)
-scene.camera.location = (0, -1.6, 0.5)
+scene.camera.location = (-0.2, -0.8, 0.5)
 burnt.hide_render = ash.hide_render = True
 fire.hide_render = True
 dark = picture()
