@@ -158,7 +158,7 @@ fn what_has_burnt_or_come_off_is_let_go() {
     let sequence = MeshSequence { meshes: vec![moved] };
     let mut guide = Guide::of(&case.scene, sequence, (DMat3::IDENTITY, DVec3::ZERO), 1);
     let mut pull = |state: &_, topology| {
-        let mut forces = Forces { force: vec![DVec3::ZERO; 81], drag: vec![0.0; 81] };
+        let mut forces = Forces { force: vec![DVec3::ZERO; 81], drag: vec![0.0; 81], air_mass: vec![0.0; 81] };
         guide.pull(state, &mut forces, [0.0, 0.004], topology);
         forces.force.iter().map(|force| force.length()).collect::<Vec<f64>>()
     };

@@ -154,12 +154,14 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         check_burn_level(scene, &triangles)?;
         let mut refined = burn_mesh::refine(node_count, &triangles.corners, sides, &rest_area, description.burn_level);
         places = BurnPlaces::of_burn_mesh(&refined, &motion, &triangles);
-        let numbers = refined.renumber(&layout::along_curve(&places.rest_position));
+        let order = layout::along_curve(&places.rest_position);
+        let numbers = layout::numbers(&order);
+        places = places.renumbered(&order);
+        refined.renumber(&numbers);
         motion.burn_node.copy_from_slice(&numbers[..node_count]);
         burn_edges = fine_edges(scene, &refined);
         // The heat that runs beside a spring runs along many edges.
         springs.edge.fill(NONE);
-        places = BurnPlaces::of_burn_mesh(&refined, &motion, &triangles);
         burn_triangles = refined.triangles;
     }
     let burn = burn_nodes(scene, inputs, &places)?;
@@ -192,17 +194,13 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     inert_mass.iter_mut().for_each(|mass| *mass *= scene.mechanics.inert_fraction.0);
     state.motion.inert_mass = inert_mass;
     homogenise::carry_mass(&mut state, &map);
-    let mut node_of_source = vec![0; node_count];
-    for (node, source) in order.iter().enumerate() {
-        node_of_source[*source as usize] = node as u32;
-    }
     let (low, high) = bounds(&state.motion.position);
     let middle = 0.5 * (low + high);
     Ok(Built {
         state,
         lattice,
         middle,
-        node_of_source,
+        node_of_source: layout::numbers(&order),
         painted: mesh.painted,
         burn_uv,
         guide,

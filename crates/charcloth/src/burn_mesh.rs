@@ -40,23 +40,19 @@ pub struct RefinedEdge {
 }
 
 impl Refined {
-    /// Renumbers the nodes: entry k of `order` becomes node k. Returns the new number of each.
-    pub fn renumber(&mut self, order: &[u32]) -> Vec<u32> {
-        let mut number = vec![0; order.len()];
-        for (new, old) in order.iter().enumerate() {
-            number[*old as usize] = new as u32;
-        }
+    /// Gives each node its number of these.
+    pub fn renumber(&mut self, number: &[u32]) {
         self.triangles.corners.iter_mut().flatten().for_each(|i| *i = number[*i as usize]);
         for edge in &mut self.edges {
             let [a, b] = edge.ends.map(|i| number[i as usize]);
             edge.ends = [a.min(b), a.max(b)];
         }
         self.edges.sort_unstable_by_key(|edge| edge.ends);
-        number
     }
 }
 
-/// Refines triangles; nodes of the motion mesh come first. `sides` are the lengths of the sides of each at rest [m], opposite to its corners.
+/// Refines triangles; nodes of the motion mesh come first. `sides` are the lengths of the sides of each at rest [m],
+/// opposite to its corners.
 pub fn refine(nodes: usize, corners: &[[u32; 3]], sides: &[[f64; 3]], areas: &[f64], level: u32) -> Refined {
     let cuts = 1usize << level;
     let mut edges: Vec<[u32; 2]> =

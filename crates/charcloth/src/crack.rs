@@ -135,8 +135,8 @@ impl Cracks {
         parted
     }
 
-    /// Brings strengths up to date, which change once a frame, and what follows from the topology.
-    /// Returns whether they have changed.
+    /// Brings strengths up to date, which change once a frame, and what follows from the topology. Returns whether they have
+    /// changed.
     fn refresh(&mut self, state: &SheetState, shell: &Shell, topology: u64) -> bool {
         let moment = (state.books.frame[0], topology);
         if self.known == Some(moment) {
@@ -197,16 +197,23 @@ impl Cracks {
             }
             let corners = state.triangles.corners[t];
             for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|ends| ends.map(|k: usize| corners[k])) {
-                let around = &self.around[self.first[a as usize] as usize..self.first[a as usize + 1] as usize];
-                let across =
-                    around.iter().find(|u| **u != t as u32 && state.triangles.corners[**u as usize].contains(&b));
-                if let Some(across) = across {
-                    [t as u32, *across].into_iter().for_each(|side| tear::part_side(state, side, [a, b]));
+                if let Some(across) = self.across_side(state, t as u32, [a, b]) {
+                    part_sides(state, [t as u32, across], [a, b]);
                     parted = true;
                 }
             }
         }
         parted
+    }
+
+    /// Triangles at a node.
+    fn around(&self, node: u32) -> &[u32] {
+        &self.around[self.first[node as usize] as usize..self.first[node as usize + 1] as usize]
+    }
+
+    /// The triangle across a side of one, from one end of it to the other.
+    fn across_side(&self, state: &SheetState, t: u32, [from, to]: [u32; 2]) -> Option<u32> {
+        self.around(from).iter().copied().find(|u| *u != t && state.triangles.corners[*u as usize].contains(&to))
     }
 
     /// Works out the utilisation of every live triangle. Returns whether any is over one.
@@ -336,7 +343,7 @@ impl Cracks {
         let onward = |side: &Side| side.to != first.to && side.direction.dot(first.direction) < ONWARD;
         let second = if on_edge { None } else { best(&onward) };
         for Side { to, triangles, .. } in [Some(first), second].into_iter().flatten() {
-            triangles.into_iter().for_each(|t| tear::part_side(state, t, [candidate.node, to]));
+            part_sides(state, triangles, [candidate.node, to]);
         }
         true
     }
@@ -345,22 +352,21 @@ impl Cracks {
     fn sides(&self, state: &SheetState, candidate: &Candidate) -> (Vec<Side>, bool) {
         let SheetState { triangles, motion, rest, .. } = state;
         let node = candidate.node;
-        let around = &self.around[self.first[node as usize] as usize..self.first[node as usize + 1] as usize];
         let mut sides = Vec::new();
         let mut on_edge = false;
-        for t in around {
+        for t in self.around(node) {
             let corners = triangles.corners[*t as usize];
             let points = [DVec2::ZERO, rest.side_1[*t as usize].truncate(), rest.side_2[*t as usize].truncate()];
             let own = corners.iter().position(|i| *i == node).expect("the triangle is at the node");
             for k in (0..3).filter(|k| *k != own) {
                 let to = corners[k];
                 let parted = triangles.parted[*t as usize] & (1 << (3 - own - k)) != 0;
-                let across = around.iter().find(|u| *u != t && triangles.corners[**u as usize].contains(&to));
+                let across = self.across_side(state, *t, [node, to]);
                 let Some(across) = across.filter(|_| !parted) else {
                     on_edge = true;
                     continue;
                 };
-                if across < t {
+                if across < *t {
                     continue;
                 }
                 let direction = (points[k] - points[own]).normalize();
@@ -368,11 +374,16 @@ impl Cracks {
                 let (a, b) = (motion.source[node as usize], motion.source[to as usize]);
                 let name = (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
                 let chance = 1.0 + RAGGED * (2.0 * Random::new(self.seed, name).uniform() - 1.0);
-                let strength = self.of_triangle[*t as usize].left + self.of_triangle[*across as usize].left;
+                let strength = self.of_triangle[*t as usize].left + self.of_triangle[across as usize].left;
                 let score = self.across(candidate.tensor, direction.perp()) * chance / strength;
-                sides.push(Side { to, triangles: [*t, *across], direction, score });
+                sides.push(Side { to, triangles: [*t, across], direction, score });
             }
         }
         (sides, on_edge)
     }
+}
+
+/// Parts the two triangles at a side.
+fn part_sides(state: &mut SheetState, triangles: [u32; 2], ends: [u32; 2]) {
+    triangles.into_iter().for_each(|t| tear::part_side(state, t, ends));
 }

@@ -80,12 +80,18 @@ pub fn along_curve(points: &[DVec3]) -> Vec<u32> {
     order
 }
 
-/// The mesh with its points renumbered: entry k of `order` becomes point k.
-pub fn renumbered(mesh: &SurfaceMesh, order: &[u32]) -> SurfaceMesh {
+/// The number that each point has in an order.
+pub fn numbers(order: &[u32]) -> Vec<u32> {
     let mut number = vec![0u32; order.len()];
     for (k, i) in order.iter().enumerate() {
         number[*i as usize] = k as u32;
     }
+    number
+}
+
+/// The mesh with its points renumbered: entry k of `order` becomes point k.
+pub fn renumbered(mesh: &SurfaceMesh, order: &[u32]) -> SurfaceMesh {
+    let number = numbers(order);
     SurfaceMesh {
         positions: order.iter().map(|i| mesh.positions[*i as usize]).collect(),
         triangles: mesh.triangles.iter().map(|t| t.map(|i| number[i as usize])).collect(),

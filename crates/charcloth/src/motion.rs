@@ -125,10 +125,11 @@ impl Guide {
         let rate = 1.0 / self.motion.pull_time.0.max(dt);
         for i in (0..motion.len()).filter(|i| motion.pinned[*i] == 0 && !self.loose[*i]) {
             let [target, speed, speeds_up] = self.course(motion.source[i] as usize, time + dt);
-            let holds = state.mass(i) * part * burn.stiffness[state.burn_node(i)];
+            let left = part * burn.stiffness[state.burn_node(i)];
+            let holds = (state.mass(i) + forces.air_mass[i]) * left;
             let damping = 2.0 * holds * rate;
-            let back = (target - motion.position[i]) * (rate * rate) + speeds_up - self.gravity;
-            forces.force[i] += back * holds + speed * damping;
+            let back = (target - motion.position[i]) * (rate * rate) + speeds_up;
+            forces.force[i] += back * holds + speed * damping - self.gravity * (state.mass(i) * left);
             forces.drag[i] += damping;
         }
     }

@@ -323,8 +323,9 @@ impl Simulation {
         let start = Instant::now();
         let frame_time = 1.0 / self.scene.time.fps;
         let heat_before = self.built.state.books.heat_of_flames[0];
-        self.lay_out();
-        self.look_around();
+        if !self.lay_out() {
+            self.look_around();
+        }
         if self.scene.wind.updraught {
             self.plume = Plume::of(&self.built.state, self.built.up);
         }
@@ -511,9 +512,9 @@ impl Simulation {
     }
 
     /// Lays out what follows from the topology, if that has changed.
-    fn lay_out(&mut self) {
+    fn lay_out(&mut self) -> bool {
         if self.laid_out == Some(self.topology) {
-            return;
+            return false;
         }
         let Self { built: Built { state, .. }, scratch, scene, .. } = self;
         scratch.map.lay_out(state);
@@ -542,6 +543,7 @@ impl Simulation {
                 self.sum_conductances();
             }
         }
+        true
     }
 
     /// Finds what lies close before the faces of sheets that touch things.
@@ -550,14 +552,16 @@ impl Simulation {
         else {
             return;
         };
-        let normal = if state.has_fine_burn_mesh() {
+        stages.time("nearby", || {
             let place = |i| scratch.map.interpolate(&state.triangles, &state.motion.position, i);
             let position: Vec<DVec3> = (0..state.burn.len()).map(place).collect();
-            fine_normals(&position, &state.burn_triangles)
-        } else {
-            node_normals(&state.motion.position, &state.triangles)
-        };
-        stages.time("nearby", || physical.look_around(state, &scratch.map, &normal, state.books.time[0]));
+            let normal = if state.has_fine_burn_mesh() {
+                fine_normals(&position, &state.burn_triangles)
+            } else {
+                node_normals(&state.motion.position, &state.triangles)
+            };
+            physical.look_around(state, &scratch.map, [&position, &normal], state.books.time[0]);
+        });
     }
 
     /// Conductance that leads to each node, for the length of heat steps.
@@ -676,10 +680,7 @@ impl Simulation {
         let state = &self.built.state;
         let mut forces = std::mem::take(&mut self.scratch.forces);
         let count = state.motion.len();
-        forces.force.clear();
-        forces.force.resize(count, DVec3::ZERO);
-        forces.drag.clear();
-        forces.drag.resize(count, 0.0);
+        forces.clear(count);
         let now = self.now();
         for effect in &self.effects {
             effect.add_forces(&now, &mut forces);

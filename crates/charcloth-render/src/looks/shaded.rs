@@ -177,9 +177,7 @@ impl Paper<'_> {
         let corners = self.surface.triangles[triangle].map(|i| self.surface.nodes[i as usize].rest);
         corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2]
     }
-}
 
-impl Paper<'_> {
     /// Colour of what the sheet meets: dull, and plain enough not to draw the eye.
     fn shade_prop(&self, triangle: usize, fragment: &Fragment) -> Vec3A {
         let (corners, w) = (self.props.triangles[triangle], fragment.weights);

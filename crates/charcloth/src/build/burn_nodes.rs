@@ -75,6 +75,16 @@ impl BurnPlaces {
         }
         Self { rest_position, uv, area: area_of_nodes(refined.nodes, &fine.corners, &fine.rest_area) }
     }
+
+    /// The same with nodes renumbered: entry k of `order` becomes node k.
+    pub fn renumbered(&self, order: &[u32]) -> Self {
+        let Self { rest_position, uv, area } = self;
+        Self {
+            rest_position: order.iter().map(|i| rest_position[*i as usize]).collect(),
+            uv: order.iter().map(|i| uv[*i as usize]).collect(),
+            area: order.iter().map(|i| area[*i as usize]).collect(),
+        }
+    }
 }
 
 fn area_of_nodes(count: usize, corners: &[[u32; 3]], rest_area: &[f64]) -> Vec<f64> {

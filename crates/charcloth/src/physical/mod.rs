@@ -333,10 +333,11 @@ impl Physical {
         self.nearby.meet(planes);
     }
 
-    /// Finds what lies close before each face (Eq. 15.10), at a time [s], with burn nodes that have these normals.
-    pub fn look_around(&mut self, state: &SheetState, map: &BurnMap, normal: &[DVec3], time: f64) {
+    /// Finds what lies close before each face (Eq. 15.10), at a time [s], with burn nodes at these places and with these
+    /// normals.
+    pub fn look_around(&mut self, state: &SheetState, map: &BurnMap, placed: [&[DVec3]; 2], time: f64) {
         self.uncover(state.burn.len());
-        self.nearby.look(state, map, normal, time, &mut self.open);
+        self.nearby.look(state, map, placed, time, &mut self.open);
     }
 
     /// Looks after every node in every step, or after those alone where something happens; the bits are the same.
@@ -350,7 +351,7 @@ impl Physical {
         self.hold(time);
         let SheetState { front, back, .. } = state;
         let room = self.room.temperature;
-        let reached: Vec<u32> = self.nearby.wake([&front.temperature, &back.temperature], room).collect();
+        self.nearby.wake([&front.temperature, &back.temperature], room);
         let stirs = |i: usize| {
             self.nearby.stirs(i)
                 || [front, back].into_iter().enumerate().any(|(face, nodes)| {
@@ -365,7 +366,8 @@ impl Physical {
         };
         let pilots = self.pilots.iter().flat_map(|pilot| pilot.held(time));
         let heaters = self.heaters.iter().filter(|heater| heater.spell.contains(&time));
-        let held = pilots.chain(heaters.flat_map(|heater| heater.nodes.iter().copied())).chain(reached);
+        let held = pilots.chain(heaters.flat_map(|heater| heater.nodes.iter().copied()));
+        let held = held.chain(self.nearby.reached.iter().copied());
         self.awake.find(&self.layout, stirs, held.map(|i| i as usize));
         // What sleeps has no flame.
         for i in &self.awake.fallen_asleep {

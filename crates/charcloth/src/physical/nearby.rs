@@ -39,7 +39,9 @@ pub(super) struct Nearby {
     /// Pairs across which heat flows in this step.
     live: Vec<u32>,
     /// Heat into each face [W].
-    pub heat: PerFace<f64>,
+    heat: PerFace<f64>,
+    /// Nodes that it reaches or comes from, some more than once.
+    pub reached: Vec<u32>,
     /// Whether a node is to be awake for what lies before it.
     stirred: Vec<bool>,
     cells: Vec<(I64Vec3, u32)>,
@@ -63,12 +65,19 @@ impl Nearby {
         self.planes = planes.to_vec();
     }
 
-    /// Finds what lies before each face, and closes what it keeps the air from.
-    pub fn look(&mut self, state: &SheetState, map: &BurnMap, normal: &[DVec3], time: f64, open: &mut PerFace<f64>) {
+    /// Finds what lies before each face at a time [s], with burn nodes at these places and with these normals, and closes
+    /// what it keeps the air from.
+    pub fn look(
+        &mut self,
+        state: &SheetState,
+        map: &BurnMap,
+        [position, normal]: [&[DVec3]; 2],
+        time: f64,
+        open: &mut PerFace<f64>,
+    ) {
         let count = state.burn.len();
-        let interpolated =
-            |at: &[DVec3]| -> Vec<DVec3> { (0..count).map(|i| map.interpolate(&state.triangles, at, i)).collect() };
-        let (position, rest) = (interpolated(&state.motion.position), interpolated(&state.motion.rest_position));
+        let at_rest = |i| map.interpolate(&state.triangles, &state.motion.rest_position, i);
+        let rest: Vec<DVec3> = (0..count).map(at_rest).collect();
         let sheet_of = |i: usize| match map.parent.get(i) {
             Some(parent) => state.triangles.sheet[*parent as usize],
             None => state.motion.sheet[i],
@@ -81,8 +90,7 @@ impl Nearby {
         self.cells.clear();
         self.cells.extend((0..count).filter(|i| alive(*i)).map(|i| (cell(position[i], side), i as u32)));
         self.cells.par_sort_unstable_by_key(|(cell, i)| (cell.to_array(), *i));
-        let search =
-            Search { position: &position, normal, rest: &rest, sheet: &sheet, cells: &self.cells, side, aside };
+        let search = Search { position, normal, rest: &rest, sheet: &sheet, cells: &self.cells, side, aside };
         let found: Vec<[Option<Pair>; FACES]> = (0..count)
             .into_par_iter()
             .map(|i| if alive(i) { self.planes_before(search.before(i), i, &search, time) } else { [None; FACES] })
@@ -100,6 +108,7 @@ impl Nearby {
         self.stirred.clear();
         self.stirred.resize(count, false);
         self.live.clear();
+        self.reached.clear();
     }
 
     /// The same, or a plane that is nearer.
@@ -122,33 +131,23 @@ impl Nearby {
         before
     }
 
-    /// Finds the pairs across which heat flows, and calls each node that it reaches.
-    pub fn wake(&mut self, temperature: [&[f64]; FACES], room: f64) -> impl Iterator<Item = u32> + '_ {
-        for k in self.live.drain(..) {
-            let Pair { node, other, .. } = self.pairs[k as usize];
-            for i in [node, other].into_iter().filter(|i| *i != NONE) {
-                self.stirred[i as usize] = false;
-                self.heat.iter_mut().for_each(|heat| heat[i as usize] = 0.0);
-            }
+    /// Finds the pairs across which heat flows, and the nodes that it reaches.
+    pub fn wake(&mut self, temperature: [&[f64]; FACES], room: f64) {
+        for i in self.reached.drain(..) {
+            self.stirred[i as usize] = false;
+            self.heat.iter_mut().for_each(|heat| heat[i as usize] = 0.0);
         }
+        self.live.clear();
         let hot = |i: u32, face: u8| i != NONE && (temperature[usize::from(face)][i as usize] - room).abs() > COLD;
         for (k, pair) in self.pairs.iter().enumerate() {
             if hot(pair.node, pair.face) || hot(pair.other, pair.other_face) {
                 self.live.push(k as u32);
+                for i in [pair.node, pair.other].into_iter().filter(|i| *i != NONE) {
+                    self.stirred[i as usize] = true;
+                    self.reached.push(i);
+                }
             }
         }
-        let Self { live, pairs, stirred, .. } = self;
-        for k in live.iter() {
-            let Pair { node, other, .. } = pairs[*k as usize];
-            for i in [node, other].into_iter().filter(|i| *i != NONE) {
-                stirred[i as usize] = true;
-            }
-        }
-        let reached = self.live.iter().flat_map(|k| {
-            let Pair { node, other, .. } = self.pairs[*k as usize];
-            [node, other]
-        });
-        reached.filter(|i| *i != NONE)
     }
 
     /// Whether a node is reached by heat across a gap.
@@ -240,8 +239,8 @@ mod tests {
         let mut nearby = pair();
         let (front, back) = ([800.0, 293.15], [293.15, 293.15]);
         let temperature = [front.as_slice(), &back];
-        let reached: Vec<u32> = nearby.wake(temperature, 293.15).collect();
-        assert_eq!(reached, [0, 1, 1, 0]);
+        nearby.wake(temperature, 293.15);
+        assert_eq!(nearby.reached, [0, 1, 1, 0]);
         assert!(nearby.stirs(0) && nearby.stirs(1));
         nearby.trade(temperature, &[1e-6, 2e-6], 1.0, 293.15);
         // Each side sees an area of its own; the mean is what crosses.
@@ -252,7 +251,8 @@ mod tests {
         assert_eq!(nearby.heat(0, 0), -nearby.heat(1, 1));
         assert_eq!([nearby.heat(0, 1), nearby.heat(1, 0)], [0.0; 2]);
         // Once cold, nothing flows and nobody is called.
-        assert_eq!(nearby.wake([&[293.15; 2], &[293.15; 2]], 293.15).count(), 0);
+        nearby.wake([&[293.15; 2], &[293.15; 2]], 293.15);
+        assert_eq!(nearby.reached.len(), 0);
         assert!(!nearby.stirs(0) && nearby.heat(1, 1) == 0.0);
     }
 }
