@@ -3,7 +3,7 @@
 use super::diagnostic::{Diagnostic, SceneError};
 use super::tree::{Node, Place};
 use super::{Case, File, Origin};
-use crate::importers::{UNITS, likely_unit};
+use crate::importers::{UNITS, coarse, likely_unit};
 use crate::material_file::{self, MATERIALS};
 use crate::mesh_sequence;
 use charcloth::material::Material;
@@ -78,6 +78,8 @@ impl Case {
             // The importer has its doubts about the size, too; here it is known what to try.
             warnings.retain(|remark| !remark.contains("sheet.unit"));
             warnings.insert(0, warning);
+        } else if let Some(mesh) = inputs.mesh.as_ref().filter(|_| !scene.ignite.is_empty()) {
+            warnings.extend(coarse(mesh, scene.sheet.burn_level));
         }
         for (key, path) in image_paths(&mut scene.clone()) {
             if !inputs.images.contains_key(path) {
