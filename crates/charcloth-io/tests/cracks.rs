@@ -4,6 +4,7 @@ mod common;
 
 use charcloth::crack::Cracks;
 use charcloth::effects::{Forces, SpringFactors};
+use charcloth::flow::Flow;
 use charcloth::integrators::{INTEGRATORS, Step};
 use charcloth::kernels::VectorUnit;
 use charcloth::scene::Scene;
@@ -44,6 +45,7 @@ const CHAR_PART: f64 = 0.03;
 struct Strip {
     state: SheetState,
     cracks: Cracks,
+    flow: Flow,
     integrator: Box<dyn charcloth::integrators::Integrator>,
     factors: SpringFactors,
     forces: Forces,
@@ -95,6 +97,7 @@ impl Strip {
         Self {
             integrator: (row.item)(&scene),
             forces: Forces { force: vec![DVec3::ZERO; nodes], drag: vec![1e-3; nodes], air_mass: vec![0.0; nodes] },
+            flow: Flow::of(&scene, material),
             state,
             cracks,
             factors,
@@ -111,7 +114,7 @@ impl Strip {
         }
         let nodes = self.state.motion.len();
         self.forces = Forces { force: vec![DVec3::ZERO; nodes], drag: vec![1e-3; nodes], air_mass: vec![0.0; nodes] };
-        let Self { state, cracks, integrator, factors, forces, topology, .. } = self;
+        let Self { state, cracks, flow, integrator, factors, forces, topology, .. } = self;
         let step = Step {
             factors,
             forces,
@@ -122,6 +125,7 @@ impl Strip {
             parallel: false,
         };
         integrator.advance(state, &step);
+        flow.advance(state, integrator.shell().unwrap(), factors);
         let cracked = cracks.advance(state, integrator.shell().unwrap(), factors, *topology);
         *topology += u64::from(cracked);
         cracked
@@ -168,6 +172,27 @@ fn a_clamped_strip_tears_at_the_strength_of_its_char_on_any_mesh_and_a_free_one_
             assert!(!free.step(shrinkage), "a free strip cracks at {k}, {spacing}");
         }
     }
+}
+
+#[test]
+fn char_that_forms_between_clamps_flows_instead_of_tearing_and_what_it_shrinks_by_after_that_tears_it() {
+    let mut strip = Strip::new(&["sheet.spacing=2 mm", "pin.1.edge=right"]);
+    let charred = strip.charred.clone();
+    let burn = |strip: &mut Strip, left: f64| {
+        strip.factors.fibre = charred.iter().map(|charred| if *charred { left } else { 1.0 }).collect();
+    };
+    // A quarter of its length goes as its fibre does; that is 25 times the strain at which it breaks.
+    for k in 1..=200 {
+        let left = 1.0 - f64::from(k) / 200.0;
+        burn(&mut strip, left);
+        assert!(!strip.step(0.25 * (1.0 - left)), "tears with {left} of its fibre");
+    }
+    (0..100).for_each(|_| assert!(!strip.step(0.25), "tears once it has charred"));
+    let flowed = strip.state.rest.flow.iter().map(|flow| flow.x).fold(0.0, f64::max);
+    // The ends of the strip give nothing, so that what has shrunk has flowed back.
+    assert!((0.2..0.3).contains(&flowed), "{flowed}");
+    let torn = (1..=40).any(|k| strip.step(0.25 + 0.001 * f64::from(k)));
+    assert!(torn, "char is brittle");
 }
 
 #[test]

@@ -18,6 +18,7 @@ use crate::homogenise;
 use crate::layout;
 use crate::mesh::SurfaceMesh;
 use crate::motion::Guide;
+use crate::ragged;
 use crate::random::RandomField;
 use crate::scene::{Axis, Model, Pose, Scene, Shape};
 use crate::sheet::{Books, BurnTriangles, MotionBefore, MotionNodes, NONE, Pieces, SheetState, Triangles, bounds};
@@ -144,6 +145,8 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
         piece: mesh.shell.clone(),
         parted: vec![0; triangle_count],
     };
+    let machine = machine_direction(scene, right_top);
+    let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let (mut springs, mut burn_edges) = match lattice {
         Some(lattice) => lattice_springs(scene, &mesh, lattice),
         None => triangle_springs(scene, &mesh, &motion.rest_position, sides, &rest_area),
@@ -153,6 +156,11 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     if description.burn_level > 0 {
         check_burn_level(scene, &triangles)?;
         let mut refined = burn_mesh::refine(node_count, &triangles.corners, sides, &rest_area, description.burn_level);
+        if scene.model == Model::Physical && scene.mechanics.moves && scene.crack.enabled {
+            let plane = |t: usize| [rest_shapes.side_1[t].truncate(), rest_shapes.side_2[t].truncate()];
+            let planes: Vec<[DVec2; 2]> = (0..triangle_count).map(plane).collect();
+            ragged::put_aside(&mut refined, &planes, description.burn_level, scene.seed);
+        }
         places = BurnPlaces::of_burn_mesh(&refined, &motion, &triangles);
         let order = layout::along_curve(&places.rest_position);
         let numbers = layout::numbers(&order);
@@ -166,9 +174,7 @@ pub fn sheet(scene: &Scene, inputs: &Inputs) -> Result<Built, Error> {
     }
     let burn = burn_nodes(scene, inputs, &places)?;
     let burn_uv = places.uv;
-    let machine = machine_direction(scene, right_top);
     let before = MotionBefore { position: motion.position.clone(), velocity: motion.velocity.clone() };
-    let rest_shapes = rest_shapes(&mesh, &motion.rest_position, sides, machine);
     let mut books = Books::zeros(1);
     books.next_piece[0] = mesh.shell_count() as u32;
     let shells = mesh.shell_count();

@@ -89,6 +89,7 @@ pub fn refine(nodes: usize, corners: &[[u32; 3]], sides: &[[f64; 3]], areas: &[f
         let mut add = |at: [[usize; 2]; 3]| {
             triangles.corners.push(at.map(|[i, j]| node(i, j)));
             triangles.place.push(at.map(|[i, j]| place(i, j)));
+            triangles.aside.push([Vec2::ZERO; 3]);
             triangles.parent.push(parent as u32);
             triangles.rest_area.push(areas[parent] / (cuts * cuts) as f64);
             triangles.alive.push(1);
@@ -160,13 +161,14 @@ impl BurnMap {
         weights.resize(state.burn.len(), DVec3::ZERO);
         held.resize(state.burn.len(), false);
         let triangles = &state.burn_triangles;
-        // The first live triangle that has the node says where it lies; any other puts it at the same place.
+        // The first live triangle that has the node says where it lies; any other puts it at the same place, but for what a
+        // node that is put aside gets from the angle between two triangles.
         for t in (0..triangles.len()).rev() {
             let alive = triangles.alive[t] != 0;
-            for (i, place) in triangles.corners[t].iter().zip(triangles.place[t]) {
+            for (k, i) in triangles.corners[t].iter().enumerate() {
                 let i = *i as usize;
                 if alive || !held[i] {
-                    let [x, y] = place.as_dvec2().to_array();
+                    let [x, y] = (triangles.place[t][k] + triangles.aside[t][k]).as_dvec2().to_array();
                     parent[i] = triangles.parent[t];
                     weights[i] = DVec3::new(1.0 - x - y, x, y);
                     held[i] = alive;

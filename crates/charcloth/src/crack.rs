@@ -223,7 +223,8 @@ impl Cracks {
         for (k, t) in shell.triangles().iter().enumerate() {
             let t = *t as usize;
             let Strength { left, brittle } = self.of_triangle[t];
-            let stretched = shell.tension(k).map(|tension| tension / left);
+            let kept = factors.kept.get(t).copied().unwrap_or(1.0);
+            let stretched = shell.tension(k).map(|tension| kept * tension / left);
             let mut bent = [0.0; 3];
             if brittle > 0.0 {
                 // Sheet that is whole creases; char breaks at the face that is stretched.

@@ -96,7 +96,10 @@ fn of_burn_mesh(state: &SheetState) -> (MotionNodes, Triangles, Origins) {
     for (t, parent) in fine.parent.iter().enumerate() {
         let parent = *parent as usize;
         let [a, b, c] = triangles.uv[parent];
-        surface.uv[t] = fine.place[t].map(|p| a + (b - a) * p.x + (c - a) * p.y);
+        surface.uv[t] = std::array::from_fn(|k| {
+            let at = fine.place[t][k] + fine.aside[t][k];
+            a + (b - a) * at.x + (c - a) * at.y
+        });
         surface.source_face[t] = triangles.source_face[parent];
         surface.sheet[t] = triangles.sheet[parent];
         surface.piece[t] = triangles.piece[parent];

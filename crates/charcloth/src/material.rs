@@ -313,6 +313,8 @@ pub struct Mechanics {
     pub char_strength: Sourced<Ratio>,
     /// Length over which tension is averaged where it is asked whether the sheet cracks [m].
     pub crack_length: Sourced<Length>,
+    /// Strain of the faces past which bending stays as a crease; left out where the sheet always comes back, as cloth does.
+    pub crease_strain: Option<Sourced<Ratio>>,
 }
 
 /// A part that may be left out: then there is none.
@@ -445,6 +447,7 @@ impl Material {
             ("mechanics.bending_machine", bending_machine.value.0),
             ("mechanics.bending_cross", bending_cross.value.0),
             ("mechanics.crack_length", self.mechanics.crack_length.value.0),
+            ("mechanics.crease_strain", self.mechanics.crease_strain.as_ref().map_or(1.0, |strain| strain.value.0)),
         ] {
             if value <= 0.0 {
                 return Err(Error::scene(key, format!("{value} is not over 0"), "give a value over 0"));

@@ -3,10 +3,10 @@
 //! Model: a piece under `crack.particle_area`, or what has burnt to ash on a triangle that moves, goes off as one particle
 //! with the momentum it had. It falls and drifts as a plate that tumbles: drag of a plate broadside on half of its area,
 //! which is what convex bodies show on average (Eq. 17.8) [Cauchy1832] [Hoerner1965]. Its burn nodes stay, glow and cool as
-//! they did, so that mass and heat are booked where they were. Valid when: particles do not meet each other, nor anything
-//! but planes. Cost: one pass over the particles a step, and over the burn nodes a frame.
+//! they did, so that mass and heat are booked where they were. Where one meets an obstacle it stays. Valid when: particles do
+//! not meet sheets or each other, and what they lie on keeps still. Cost: one pass over the particles a step, and over the burn nodes a frame.
 
-use crate::contact::scenery::{Plane, Scenery};
+use crate::contact::scenery::{Plane, Scenery, Solid};
 use crate::effects::wind::{Air, PLATE_DRAG};
 use crate::plume::Plume;
 use crate::scene::Scene;
@@ -35,6 +35,7 @@ pub struct Shed {
     drag: f64,
     air: Air,
     planes: Vec<Plane>,
+    solids: Vec<Target>,
     area: Vec<f64>,
     held: Vec<bool>,
     piece: Vec<u32>,
@@ -51,6 +52,8 @@ impl Shed {
             drag: 0.25 * density_of_air(scene) * PLATE_DRAG,
             air: Air::of(scene),
             planes: scenery.planes.clone(),
+            // Those that bend are passed through: particles are found in a solid as it was at the start.
+            solids: scenery.solids.iter().filter(|solid| solid.course.is_none()).map(Target::of).collect(),
             area: Vec::new(),
             held: Vec::new(),
             piece: Vec::new(),
@@ -189,12 +192,19 @@ impl Shed {
             // Drag for the speed now, taken implicitly: it never turns a particle round.
             let rate = self.drag * particles.area[p] * (velocity - air).length() / mass;
             let velocity = (velocity + (self.gravity + air * rate) * dt) / (1.0 + rate * dt);
-            let position = particles.position[p] + velocity * dt;
+            let from = particles.position[p];
+            let position = from + velocity * dt;
             particles.velocity[p] = velocity;
             particles.position[p] = position;
+            for solid in &self.solids {
+                if let Some(share) = solid.meeting([from, position], [time, time + dt]) {
+                    particles.position[p] = from.lerp(position, share);
+                    particles.velocity[p] = DVec3::ZERO;
+                    particles.lies[p] = 1;
+                }
+            }
             for plane in &self.planes {
-                let point = plane.motion.place(plane.point, time + dt);
-                let under = (point - position).dot(plane.normal);
+                let under = (plane.place(time + dt) - position).dot(plane.normal);
                 if under >= 0.0 {
                     particles.position[p] = position + plane.normal * under;
                     particles.velocity[p] = DVec3::ZERO;
@@ -205,6 +215,54 @@ impl Shed {
     }
 }
 
+/// A solid as particles meet it: its triangles in the order of their lowest x.
+struct Target {
+    solid: Solid,
+    lowest: Vec<f64>,
+    /// How far a triangle reaches in x at most [m].
+    widest: f64,
+}
+
+impl Target {
+    fn of(solid: &Solid) -> Self {
+        let mut solid = solid.clone();
+        let Solid { points, triangles, .. } = &mut solid;
+        let x = |corners: &[u32; 3]| corners.map(|i| points[i as usize].x);
+        let low = |corners: &[u32; 3]| x(corners).into_iter().fold(f64::INFINITY, f64::min);
+        let high = |corners: &[u32; 3]| x(corners).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        triangles.sort_by(|a, b| low(a).total_cmp(&low(b)));
+        let lowest = triangles.iter().map(low).collect();
+        let widest = triangles.iter().map(|corners| high(corners) - low(corners)).fold(0.0, f64::max);
+        Self { solid, lowest, widest }
+    }
+
+    /// Share of its way between two times [s] at which a particle meets it; none where it does not.
+    fn meeting(&self, way: [DVec3; 2], times: [f64; 2]) -> Option<f64> {
+        let motion = &self.solid.motion;
+        let [from, to] = [motion.back(way[0], times[0]), motion.back(way[1], times[1])];
+        let (low, high) = (from.x.min(to.x), from.x.max(to.x));
+        let near = self.lowest.partition_point(|x| *x < low - self.widest)..self.lowest.partition_point(|x| *x <= high);
+        let meets = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|i| self.solid.points[i as usize]);
+            crosses([from, to], [a, b, c])
+        };
+        self.solid.triangles[near].iter().filter_map(meets).min_by(f64::total_cmp)
+    }
+}
+
+/// Share of the way between two points at which a triangle is in it: signed volumes of the five tetrahedra [Ericson2005].
+fn crosses([from, to]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let normal = (b - a).cross(c - a);
+    let (before, after) = ((from - a).dot(normal), (to - a).dot(normal));
+    if before == after || before * after > 0.0 {
+        return None;
+    }
+    let way = to - from;
+    let beside = [[a, b], [b, c], [c, a]].map(|[p, q]| way.dot((p - from).cross(q - from)));
+    let within = beside.iter().all(|side| *side >= 0.0) || beside.iter().all(|side| *side <= 0.0);
+    within.then(|| before / (before - after))
+}
+
 fn add(particles: &mut Particles, from: u32, time: f64) {
     let Particles { position, velocity, mass, area, temperature, parent, birth, lies } = particles;
     [position, velocity].into_iter().for_each(|column| column.push(DVec3::ZERO));
@@ -212,4 +270,28 @@ fn add(particles: &mut Particles, from: u32, time: f64) {
     parent.push(from);
     birth.push(time);
     lies.push(0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::scenery::Motion;
+
+    #[test]
+    fn a_particle_meets_a_solid_where_it_has_moved_to() {
+        let points = vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::new(1.0, 0.0, 1.0)];
+        let motion = Motion { velocity: DVec3::X * 10.0, stop: f64::INFINITY, ..Motion::default() };
+        let solid = Solid { points, triangles: vec![[2, 1, 3], [0, 1, 2]], motion, course: None, friction: 0.0 };
+        let target = Target::of(&solid);
+        let fall =
+            |x: f64, z: f64, time: f64| target.meeting([DVec3::new(x, 0.3, z), DVec3::new(x, -0.1, z)], [time, time]);
+        for (x, z) in [(0.2, 0.3), (0.9, 0.9)] {
+            assert!((fall(x, z, 0.0).unwrap() - 0.75).abs() < 1e-12, "{x} {z}");
+            assert_eq!(fall(x, z, 1.0), None, "it is ten metres away");
+            assert!(fall(x + 10.0, z, 1.0).is_some());
+        }
+        assert_eq!(fall(1.2, 0.5, 0.0), None, "beside it");
+        let above = target.meeting([DVec3::new(0.5, 0.3, 0.2), DVec3::new(0.5, 0.1, 0.2)], [0.0; 2]);
+        assert_eq!(above, None, "it has not come down yet");
+    }
 }

@@ -189,6 +189,8 @@ fields! {
         parent: u32, "1", Copy;
         /// Where each corner lies on it: the weights of the second and of the third corner of the parent.
         place: [glam::Vec2; 3], "1", Copy;
+        /// How far beside that place, in the same weights, it is put, so that what parts there is ragged.
+        aside: [glam::Vec2; 3], "1", Copy;
         /// Area at rest.
         rest_area: f64, "m2", Copy;
         /// 1 while the triangle is part of the surface.
@@ -264,6 +266,10 @@ fields! {
         side_2: DVec3, "m", Copy;
         /// Curvature without force: along the machine direction, across it, and twice the twist.
         curvature: DVec3, "1/m", Copy;
+        /// Strain that has flowed and does not come back: along the machine direction, across it, and shear.
+        flow: DVec3, "1", Copy;
+        /// Part of its fibre that was left when it last flowed.
+        fibre: f64, "1", Copy;
         /// Thickness over that of the sheet.
         thickness: f64, "1", Copy;
         /// Strength over that of the sheet.

@@ -12,6 +12,7 @@ use crate::crack::Cracks;
 use crate::effects::conduction::conductances;
 use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
 use crate::error::Error;
+use crate::flow::Flow;
 use crate::frame::{Frame, Sample, Sink, fine_normals, node_normals};
 use crate::homogenise;
 use crate::integrators::{Advanced, INTEGRATORS, Integrator, MEETS, Step};
@@ -57,6 +58,8 @@ pub struct Inputs {
     pub motion: Option<MeshSequence>,
     /// Meshes of obstacles by the path the scene gives.
     pub obstacles: BTreeMap<String, SurfaceMesh>,
+    /// How obstacles are animated, by the files the scene gives.
+    pub obstacle_motions: BTreeMap<String, MeshSequence>,
     /// Pictures by the path the scene gives.
     pub images: BTreeMap<String, GreyImage>,
     /// The material that `sheet.material` names, for the physical model.
@@ -116,6 +119,8 @@ pub struct Simulation {
     burning: Burning,
     /// The physical model, where the scene asks for it; it takes the place of `burning`.
     physical: Option<Physical>,
+    /// What gives way without parting, in the physical model.
+    flow: Option<Flow>,
     /// Cracks, where the sheet can have any.
     cracks: Option<Cracks>,
     /// What comes off, in the physical model.
@@ -175,6 +180,10 @@ impl Simulation {
             }
             _ => None,
         };
+        let flow = match &inputs.material {
+            Some(material) if physical.is_some() && scene.mechanics.moves => Some(Flow::of(scene, material)),
+            _ => None,
+        };
         let state = &mut built.state;
         let heat =
             physical.as_ref().map_or_else(|| burning.heat_content(&state.burn), |model| model.heat_content(state));
@@ -224,6 +233,7 @@ impl Simulation {
             built,
             burning,
             physical,
+            flow,
             cracks,
             shed,
             plume: Plume::default(),
@@ -382,6 +392,9 @@ impl Simulation {
             let step = Step { factors, forces, dt, substeps: scene.time.substeps, topology: *topology, unit, parallel };
             if !led {
                 self.last = stages.time("motion", || integrator.advance(state, &step));
+                if let (Some(flow), Some(shell), false) = (&self.flow, integrator.shell(), self.last.stalled) {
+                    stages.time("flow", || flow.advance(state, shell, factors));
+                }
             }
             for (sum, new) in self.iterations.iter_mut().zip(self.last.iterations) {
                 *sum += u64::from(new);

@@ -67,7 +67,8 @@ impl BurnPlaces {
             let parent = fine.parent[t] as usize;
             let [a, b, c] = triangles.corners[parent].map(|i| motion.rest_position[i as usize]);
             let [uv_a, uv_b, uv_c] = triangles.uv[parent];
-            for (i, place) in fine.corners[t].iter().zip(fine.place[t]) {
+            for (k, i) in fine.corners[t].iter().enumerate() {
+                let place = fine.place[t][k] + fine.aside[t][k];
                 let [x, y] = place.as_dvec2().to_array();
                 rest_position[*i as usize] = a * (1.0 - x - y) + b * x + c * y;
                 uv[*i as usize] = uv_a + (uv_b - uv_a) * place.x + (uv_c - uv_a) * place.y;

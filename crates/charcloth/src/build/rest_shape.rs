@@ -88,7 +88,9 @@ pub(super) fn rest_shapes(
     machine: DVec3,
 ) -> RestShapes {
     let count = mesh.triangles.len();
-    let mut shapes = RestShapes { thickness: vec![1.0; count], strength: vec![1.0; count], ..RestShapes::zeros(count) };
+    let one = vec![1.0; count];
+    let mut shapes =
+        RestShapes { thickness: one.clone(), strength: one.clone(), fibre: one, ..RestShapes::zeros(count) };
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();

@@ -169,8 +169,8 @@ impl Response {
         arrival.clear();
         speed.clear();
         for solid in &scenery.solids {
-            for point in &solid.points {
-                let (from, to) = (solid.motion.place(*point, before), solid.motion.place(*point, after));
+            for point in 0..solid.points.len() {
+                let (from, to) = (solid.place(point, before), solid.place(point, after));
                 start.push(from);
                 arrival.push(to);
                 speed.push((to - from) / (after - before));
@@ -178,7 +178,7 @@ impl Response {
         }
         plane.clear();
         plane.extend(scenery.planes.iter().map(|plane| {
-            let (from, to) = (plane.motion.place(plane.point, before), plane.motion.place(plane.point, after));
+            let [from, to] = plane.way([before, after]);
             [from, to, (to - from) / (after - before)]
         }));
         let still = speed.iter().all(|v| *v == DVec3::ZERO) && plane.iter().all(|p| p[2] == DVec3::ZERO);

@@ -1,9 +1,10 @@
-//! Solid things that sheets meet: planes, and closed or open surfaces that move in one piece.
+//! Solid things that sheets meet: planes, and closed or open surfaces that move in one piece or as they are animated.
 //!
 //! Spheres and boxes become triangles, so that everything but a plane is met by one code: edges and corners of the sheet
 //! and of the obstacle alike. Places are functions of time alone.
 
 use crate::error::Error;
+use crate::motion::MeshSequence;
 use crate::scene::{Axis, Obstacle, ObstacleShape, Scene};
 use crate::simulation::Inputs;
 use glam::{DMat3, DQuat, DVec3};
@@ -34,6 +35,16 @@ impl Motion {
         let time = time.min(self.stop);
         self.origin + self.velocity * time + DQuat::from_scaled_axis(self.spin * time) * (point - self.origin)
     }
+
+    /// Where a point that is there at a time [m] was at the start.
+    pub fn back(&self, point: DVec3, time: f64) -> DVec3 {
+        if self.velocity == DVec3::ZERO && self.spin == DVec3::ZERO {
+            return point;
+        }
+        let time = time.min(self.stop);
+        let turn = DQuat::from_scaled_axis(self.spin * -time);
+        self.origin + turn * (point - self.origin - self.velocity * time)
+    }
 }
 
 /// All that is below a plane.
@@ -45,11 +56,42 @@ pub struct Plane {
     pub normal: DVec3,
     /// How it moves; its normal stays.
     pub motion: Motion,
+    /// When it is taken away [s].
+    pub until: f64,
     /// Coefficient of friction.
     pub friction: f64,
 }
 
-/// A surface that moves in one piece.
+/// How far away a plane is that has been taken away [m].
+const AWAY: f64 = 1e6;
+
+impl Plane {
+    /// A point of it at a time [m]: far below once it has been taken away.
+    pub fn place(&self, time: f64) -> DVec3 {
+        let [place, _] = self.way([time, time]);
+        place
+    }
+
+    /// A point of it at the start and at the end of a step between two times [m]. It is there to the end of the step in
+    /// which it is taken away.
+    pub fn way(&self, times: [f64; 2]) -> [DVec3; 2] {
+        let gone = if times[0] >= self.until { self.normal * AWAY } else { DVec3::ZERO };
+        times.map(|time| self.motion.place(self.point, time) - gone)
+    }
+}
+
+/// How the points of a surface are animated, before it moves as a whole.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Course {
+    /// Its points over time, as they stand in the scene.
+    pub sequence: MeshSequence,
+    /// Meshes a second.
+    pub fps: f64,
+    /// When the first is due [s].
+    pub start: f64,
+}
+
+/// A surface that moves in one piece, or bends as well.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Solid {
     /// Its points at the start [m].
@@ -58,8 +100,21 @@ pub struct Solid {
     pub triangles: Vec<[u32; 3]>,
     /// How it moves.
     pub motion: Motion,
+    /// How it is animated, where it does more than that.
+    pub course: Option<Course>,
     /// Coefficient of friction.
     pub friction: f64,
+}
+
+impl Solid {
+    /// Where a point of it is at a time [m].
+    pub fn place(&self, point: usize, time: f64) -> DVec3 {
+        let own = match &self.course {
+            Some(Course { sequence, fps, start }) => sequence.at(point, sequence.place(time, *start, *fps))[0],
+            None => self.points[point],
+        };
+        self.motion.place(own, time)
+    }
 }
 
 /// Everything solid in a scene.
@@ -95,16 +150,32 @@ impl Scenery {
                 let normal = normal.try_normalize().ok_or_else(|| {
                     Error::scene(format!("obstacle.{row}.normal"), "this is no direction", "write [0, 1, 0]")
                 })?;
-                scenery.planes.push(Plane { point: origin, normal, motion, friction });
+                let until = obstacle.until.map_or(f64::INFINITY, |q| q.0);
+                scenery.planes.push(Plane { point: origin, normal, motion, until, friction });
                 continue;
+            }
+            if obstacle.until.is_some() {
+                return Err(Error::scene(
+                    format!("obstacle.{row}.until"),
+                    "only planes can be taken away",
+                    "use shape = \"plane\", or let it move off with velocity",
+                ));
             }
             let (points, triangles) = match obstacle.shape {
                 ObstacleShape::Sphere => sphere(obstacle.radius.0),
                 ObstacleShape::Box => block(DVec3::from_array(obstacle.size.map(|q| 0.5 * q.0))),
                 _ => mesh(obstacle, row, inputs)?,
             };
-            let points = points.into_iter().map(|p| turn * p + origin).collect();
-            scenery.solids.push(Solid { points, triangles, motion, friction });
+            let put = |points: Vec<DVec3>| points.into_iter().map(|p| turn * p + origin).collect();
+            let course = match &obstacle.files {
+                Some(files) => {
+                    let mut sequence = animated(files, points.len(), row, inputs)?;
+                    sequence.meshes = sequence.meshes.into_iter().map(put).collect();
+                    Some(Course { sequence, fps: obstacle.fps, start: obstacle.start.0 })
+                }
+                None => None,
+            };
+            scenery.solids.push(Solid { points: put(points), triangles, motion, course, friction });
         }
         Ok(scenery)
     }
@@ -123,6 +194,17 @@ fn mesh(obstacle: &Obstacle, row: usize, inputs: &Inputs) -> Result<(Vec<DVec3>,
     })?;
     mesh.validate()?;
     Ok((mesh.positions.clone(), mesh.triangles.clone()))
+}
+
+fn animated(files: &str, points: usize, row: usize, inputs: &Inputs) -> Result<MeshSequence, Error> {
+    let key = format!("obstacle.{row}.files");
+    let sequence = inputs.obstacle_motions.get(files).ok_or_else(|| {
+        Error::scene(&*key, format!("{files} was not read"), "read it and hand it over in Inputs::obstacle_motions")
+    })?;
+    if sequence.meshes.is_empty() || sequence.meshes.iter().any(|mesh| mesh.len() != points) {
+        return Err(Error::scene(key, "the sequence does not fit its mesh", "give meshes of the same points"));
+    }
+    Ok(sequence.clone())
 }
 
 /// A box about the origin.
@@ -192,9 +274,20 @@ mod tests {
     }
 
     #[test]
+    fn a_plane_is_there_to_the_end_of_the_step_in_which_it_is_taken_away() {
+        let motion = Motion { velocity: DVec3::Y, stop: f64::INFINITY, ..Motion::default() };
+        let plane = Plane { point: DVec3::ZERO, normal: DVec3::Y, motion, until: 1.0, friction: 0.0 };
+        assert_eq!(plane.way([0.9, 1.1]), [DVec3::Y * 0.9, DVec3::Y * 1.1]);
+        assert!(plane.way([1.0, 1.1]).iter().all(|place| place.y < -1e5));
+        assert!(plane.place(1.0).y < -1e5);
+    }
+
+    #[test]
     fn a_motion_turns_about_its_origin_and_stops() {
         let motion = Motion { origin: DVec3::X, velocity: DVec3::Y, spin: DVec3::Z, stop: 2.0 };
         assert!(motion.place(DVec3::X, 1.0).abs_diff_eq(DVec3::new(1.0, 1.0, 0.0), 1e-15));
+        let point = DVec3::new(0.3, -0.7, 0.2);
+        assert!(motion.back(motion.place(point, 1.3), 1.3).abs_diff_eq(point, 1e-15));
         assert_eq!(motion.place(DVec3::ZERO, 5.0), motion.place(DVec3::ZERO, 2.0));
     }
 }

@@ -110,6 +110,10 @@ pub struct SpringFactors {
     pub free_strain: Vec<DVec2>,
     /// Curvature that it gets from its faces, in the same directions [1/m]; empty where nothing curls.
     pub free_curvature: Vec<DVec2>,
+    /// Part of its fibre that each triangle has left; empty where nothing shrinks.
+    pub fibre: Vec<f64>,
+    /// Part of its tension that each triangle keeps after what has flowed in the step; empty where nothing has.
+    pub kept: Vec<f64>,
     /// Tension that pulls the two ends together [N].
     pub tension: Vec<f64>,
     /// Force on both ends in the direction from the first to the second [N]; it conserves no momentum.

@@ -15,7 +15,7 @@ use glam::{DMat3, DVec3};
 pub const PLATE_DRAG: f64 = 1.17;
 /// Part of its speed that the force on a plate may take from a node in a step: held over it, a half is stable.
 const MOST_OF_SPEED: f64 = 0.5;
-/// Length of the waves whose air goes along with the sheet [m], Eq. 17.11. // tuned: the shortest that a sheet of nodes every
+/// Length of the waves whose air goes along with the sheet [m], Eq. 17.12. // tuned: the shortest that a sheet of nodes every
 /// few millimetres makes, 2 to 20 mm; longer ones move more air
 const SHORT_WAVE: f64 = 5e-3;
 
@@ -51,7 +51,7 @@ pub fn build(scene: &Scene) -> Option<Box<dyn Effect>> {
         DragLaw::Linear => wind.coefficient.0,
         DragLaw::Plate => 0.5 * density_of_air(scene) * PLATE_DRAG,
     };
-    // Eq. 17.11 [Lamb1932]
+    // Eq. 17.12 [Lamb1932]
     let goes_along = match wind.law {
         DragLaw::Linear => 0.0,
         DragLaw::Plate => density_of_air(scene) * SHORT_WAVE / std::f64::consts::PI,

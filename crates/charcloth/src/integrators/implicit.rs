@@ -29,6 +29,8 @@ const NEWTON_IN_CONTACT: usize = 60;
 const FORESIGHT: usize = 5;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
+/// How many times a step that is not solved is halved at most.
+const MOST_HALVED: u32 = 4;
 /// Factor on estimated eigenvalues past which the solver gives up.
 const MOST_CAUTION: f32 = 10.0;
 /// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
@@ -65,6 +67,10 @@ struct Implicit {
     honest: Vec<DVec3>,
     /// The correction that can be followed the farthest.
     best: Vec<DVec3>,
+    /// Whether the step has yet to estimate the largest eigenvalue of its matrix.
+    fresh: bool,
+    /// Whether a linear system of the step was not solved.
+    lost: bool,
     /// The correction that a solution goes on from.
     known: Vec<DVec3>,
     correction: Vec<DVec3>,
@@ -104,6 +110,8 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         outer: Vec::new(),
         honest: Vec::new(),
         best: Vec::new(),
+        fresh: true,
+        lost: false,
         known: Vec::new(),
         correction: Vec::new(),
         sums: Vec::new(),
@@ -118,7 +126,7 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
 impl Integrator for Implicit {
     fn advance(&mut self, state: &mut SheetState, step: &Step<'_>) -> Advanced {
         let substeps = step.substeps.unwrap_or(1).max(1);
-        let mut report = Advanced { substeps, ..Advanced::default() };
+        let mut report = Advanced::default();
         if self.topology != Some(step.topology) {
             self.lay_out(state);
             self.topology = Some(step.topology);
@@ -131,17 +139,8 @@ impl Integrator for Implicit {
         let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
         for substep in 0..substeps {
             let dt = step.dt / f64::from(substeps);
-            let h = self.look_back(state, dt);
-            if let Some(contact) = &mut self.contact {
-                let time = state.books.time[0] + f64::from(substep) * dt;
-                contact.begin(&state.motion.position, [time, time + dt]);
-            }
-            self.solve(h, parallel, &mut report);
-            if let Some(contact) = &mut self.contact {
-                report.passed_through += contact.passed_through();
-                report.stalled |= !contact.has_arrived();
-            }
-            self.store(state, dt);
+            let time = state.books.time[0] + f64::from(substep) * dt;
+            self.stride(state, [time, dt], MOST_HALVED, parallel, &mut report);
         }
         report.broken = self.break_springs(state, step);
         report.strain_max = strain_max(state);
@@ -267,6 +266,34 @@ impl Implicit {
         }
     }
 
+    /// Goes from a time on by a step [s], in two halves where it is not solved whole, and so on so many times.
+    fn stride(
+        &mut self,
+        state: &mut SheetState,
+        [time, dt]: [f64; 2],
+        halvings: u32,
+        parallel: bool,
+        report: &mut Advanced,
+    ) {
+        let h = self.look_back(state, dt);
+        if let Some(contact) = &mut self.contact {
+            contact.begin(&state.motion.position, [time, time + dt]);
+        }
+        let solved = self.solve(h, parallel, report) && self.contact.as_ref().is_none_or(Response::has_arrived);
+        if !solved && halvings > 0 {
+            for start in [time, time + 0.5 * dt] {
+                self.stride(state, [start, 0.5 * dt], halvings - 1, parallel, report);
+            }
+            return;
+        }
+        report.stalled |= !solved;
+        report.substeps += 1;
+        if let Some(contact) = &mut self.contact {
+            report.passed_through += contact.passed_through();
+        }
+        self.store(state, dt);
+    }
+
     /// Eq. 12.8: the step as one of implicit Euler, from a mixture of the last two states and so much shorter [s].
     fn look_back(&mut self, state: &SheetState, dt: f64) -> f64 {
         let before = state.books.step_before[0];
@@ -292,8 +319,9 @@ impl Implicit {
         dt * length
     }
 
-    /// Finds the velocity at the end of a step of implicit Euler.
-    fn solve(&mut self, h: f64, parallel: bool, report: &mut Advanced) {
+    /// Finds the velocity at the end of a step of implicit Euler. Returns whether it has been found.
+    fn solve(&mut self, h: f64, parallel: bool, report: &mut Advanced) -> bool {
+        self.lost = false;
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
@@ -313,6 +341,7 @@ impl Implicit {
             None => moving,
         };
         let mut first_gain = 0.0;
+        self.fresh = true;
         let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
         for iteration in 0..most {
             if let Some(contact) = &mut self.contact {
@@ -352,20 +381,19 @@ impl Implicit {
                 length *= 0.5;
             }
             if !fell {
-                report.stalled |= gain > still;
                 self.candidate.copy_from_slice(&self.speed);
                 self.energy(h, damping, parallel);
-                return;
+                return gain <= still && !self.lost;
             }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {
                 contact.go(&self.position, length);
             }
             if length == 1.0 && !carried && gain <= (newton * first_gain.max(scale)).max(still) {
-                return;
+                return !self.lost;
             }
         }
-        report.stalled = true;
+        false
     }
 
     /// Takes the first guess back to where nothing has yet passed through anything.
@@ -454,10 +482,11 @@ impl Implicit {
                 self.residual[i] -= self.correction[i];
             }
         }
-        let iterations = self.solve_linear(tolerance, parallel);
+        let iterations = self.solve_linear(tolerance, self.fresh, parallel);
+        self.fresh = false;
         report.iterations[1] += iterations as u32;
         // What is left of it is no step that anyone asked for.
-        report.stalled |= iterations >= LINEAR;
+        self.lost |= iterations >= LINEAR;
         if near {
             for i in 0..self.residual.len() {
                 self.correction[i] += self.known[i];
@@ -467,11 +496,11 @@ impl Implicit {
     }
 
     /// Solves for the correction of a Newton iteration. Returns the number of iterations.
-    fn solve_linear(&mut self, tolerance: Tolerance, parallel: bool) -> usize {
+    fn solve_linear(&mut self, tolerance: Tolerance, fresh: bool, parallel: bool) -> usize {
         let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, .. } = self;
         let mut caution = CAUTION;
         loop {
-            multigrid.set_up(matrix, position, caution, parallel);
+            multigrid.set_up(matrix, position, caution, fresh || caution > CAUTION, parallel);
             rest_of_residual.copy_from_slice(residual);
             if let Some(iterations) = linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel)
             {

@@ -120,7 +120,7 @@ impl Nearby {
         time: f64,
     ) -> [Option<Pair>; FACES] {
         for plane in &self.planes {
-            let gap = (search.position[node] - plane.motion.place(plane.point, time)).dot(plane.normal).max(0.0);
+            let gap = (search.position[node] - plane.place(time)).dot(plane.normal).max(0.0);
             // It lies before the face that looks down on it.
             let face = u8::from(search.normal[node].dot(plane.normal) > 0.0);
             let slot = &mut before[usize::from(face)];

@@ -34,47 +34,53 @@ impl Shrinkage {
 }
 
 impl Physical {
-    /// Free strain of a face at a node, along the machine direction and across (Eq. 15.5).
-    fn free_strain(&self, face: &FaceNodes, i: usize) -> DVec2 {
+    /// Free strain of a face at a node, along the machine direction and across (Eq. 15.5), and the part of its fibre that is
+    /// left.
+    fn free_strain(&self, face: &FaceNodes, i: usize) -> (DVec2, f64) {
         let left = ((face.fibre[i] + face.polymer[i]) / (self.burns * face.dry_mass[i])).clamp(0.0, 1.0);
         let dried = (1.0 - face.water[i] / (self.water * face.dry_mass[i]).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         let Shrinkage { char, drying, .. } = self.shrinkage;
         // What has charred has dried before; the shrinkage of char counts from the dry sheet.
-        -(drying * dried + DVec2::splat(char * (1.0 - left)))
+        (-(drying * dried + DVec2::splat(char * (1.0 - left))), left)
     }
 
-    /// Fills in the free strain and curvature of every motion triangle, the mean over the burn nodes that it carries.
+    /// Fills in the free strain and curvature of every motion triangle, and the fibre that it has left, the mean over the burn
+    /// nodes that it carries.
     pub fn shrink(&self, state: &SheetState, factors: &mut SpringFactors) {
         let SheetState { front, back, burn_triangles: fine, triangles, .. } = state;
         let of_node = |i: u32| {
             let i = i as usize;
-            let (front, back) = (self.free_strain(front, i), self.free_strain(back, i));
+            let ((front, left_front), (back, left_back)) = (self.free_strain(front, i), self.free_strain(back, i));
             // The face that shrinks more ends up inside: curvature towards the front where that is the front.
-            (0.5 * (front + back), (back - front) * (1.5 / self.shrinkage.thickness))
+            (0.5 * (front + back), (back - front) * (1.5 / self.shrinkage.thickness), 0.5 * (left_front + left_back))
         };
         let of_corners = |corners: [u32; 3]| {
             let [a, b, c] = corners.map(of_node);
-            ((a.0 + b.0 + c.0) / 3.0, (a.1 + b.1 + c.1) / 3.0)
+            ((a.0 + b.0 + c.0) / 3.0, (a.1 + b.1 + c.1) / 3.0, (a.2 + b.2 + c.2) / 3.0)
         };
         factors.free_strain.clear();
         factors.free_curvature.clear();
+        factors.fibre.clear();
         let mut t = 0;
         for parent in 0..triangles.len() {
-            let (mut strain, mut curvature, mut number) = (DVec2::ZERO, DVec2::ZERO, 0.0);
+            let (mut strain, mut curvature, mut left, mut number) = (DVec2::ZERO, DVec2::ZERO, 0.0, 0.0);
             if fine.is_empty() {
-                (strain, curvature) = of_corners(triangles.corners[parent].map(|i| state.burn_node(i as usize) as u32));
+                (strain, curvature, left) =
+                    of_corners(triangles.corners[parent].map(|i| state.burn_node(i as usize) as u32));
                 number = 1.0;
             }
             while t < fine.len() && fine.parent[t] as usize == parent {
-                let (of_strain, of_curvature) = of_corners(fine.corners[t]);
+                let (of_strain, of_curvature, of_left) = of_corners(fine.corners[t]);
                 strain += of_strain;
                 curvature += of_curvature;
+                left += of_left;
                 number += 1.0;
                 t += 1;
             }
             // Eq. 15.6, no tighter than the mesh can show.
             let curvature = curvature / (number * state.rest.thickness[parent]);
             let most = TIGHTEST / (2.0 * triangles.rest_area[parent]).sqrt();
+            factors.fibre.push(left / number);
             factors.free_strain.push(strain / number);
             factors.free_curvature.push(curvature.clamp(DVec2::splat(-most), DVec2::splat(most)));
         }

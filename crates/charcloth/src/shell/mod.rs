@@ -115,7 +115,12 @@ impl Shell {
             let t = self.triangles[k];
             let free = factors.free_strain.get(t as usize).copied().unwrap_or_default();
             let scale = (DVec2::splat(scale) + free).max(DVec2::splat(SHORTEST));
-            self.rest[k] = RestTriangle::new(scale * rest_side(state, 1, t), scale * rest_side(state, 2, t));
+            let flow = state.rest.flow[t as usize];
+            let side = |side: u8| {
+                let side = rest_side(state, side, t);
+                scale * side + DVec2::new(flow.x * side.x + flow.z * side.y, flow.z * side.x + flow.y * side.y)
+            };
+            self.rest[k] = RestTriangle::new(side(1), side(2));
             let step = (left * BENDING_STEPS).ceil() as u8;
             changed |= self.bending_steps[k] != step;
             self.bending_steps[k] = step;

@@ -15,6 +15,11 @@ impl Wide {
     /// Nothing.
     pub const ZERO: Self = Self([[0.0; 4]; 3]);
 
+    /// Rows for columns.
+    pub fn transpose(&self) -> Self {
+        DMat3::from(*self).transpose().into()
+    }
+
     /// In single precision.
     #[inline(always)]
     pub fn single(&self) -> Mat3A {
@@ -122,26 +127,22 @@ fn add_products<'a, T: Copy + Into<Wide>>(
     places
 }
 
-/// `sums = left^T right`, the values of the left factor being those of `prolongation` that the row names.
-pub fn restricted_row(
-    left: Row<'_, u32>,
-    prolongation: &[Mat3A],
-    right: Blocks<'_, Wide>,
-    places: &[u16],
-    sums: &mut [Wide],
-) {
+/// `sums = left right` in the columns from `from` on, which alone have places; others are nought.
+pub fn restricted_row(left: Row<'_, Mat3A>, right: Blocks<'_, Wide>, from: u32, places: &[u16], sums: &mut [Wide]) {
     on_widest_unit!((
-        left: Row<'_, u32>,
-        prolongation: &[Mat3A],
+        left: Row<'_, Mat3A>,
         right: Blocks<'_, Wide>,
+        from: u32,
         places: &[u16],
         sums: &mut [Wide],
     ) {
         sums.fill(Wide::ZERO);
         let mut places = places;
-        for (i, m) in left.columns.iter().zip(left.values) {
-            let restriction = Wide::from(prolongation[*m as usize].transpose());
-            let row = &right.values[right.pattern.row(*i as usize)];
+        for (i, restriction) in left.columns.iter().zip(left.values) {
+            let restriction = Wide::from(*restriction);
+            let row = right.pattern.row(*i as usize);
+            let before = right.pattern.column[row.clone()].partition_point(|column| *column < from);
+            let row = &right.values[row.start + before..row.end];
             let (own, rest) = places.split_at(row.len());
             for (product, place) in row.iter().zip(own) {
                 add_product(&mut sums[*place as usize], &restriction, product);
@@ -218,19 +219,19 @@ mod tests {
         finest_product_row(Row { columns: &columns, values: &left }, ties, right, &places, &mut sums);
         near(&sums, &expected);
 
-        let prolongation = rough_blocks(3, &mut seed);
+        let restriction = rough_blocks(3, &mut seed);
         let double: Vec<Wide> = single.iter().map(|block| (*block).into()).collect();
-        let mut expected = vec![DMat3::ZERO; 5];
-        let origin = [2, 0, 1];
-        for (i, m) in columns.iter().zip(&origin) {
-            for k in pattern.row(*i as usize) {
-                let restriction = prolongation[*m as usize].transpose().as_dmat3();
-                expected[pattern.column[k] as usize] += restriction * single[k].as_dmat3();
-            }
-        }
         let right = Blocks { pattern: &pattern, values: &double };
-        let left = Row { columns: &columns, values: &origin };
-        restricted_row(left, &prolongation, right, &targets(&columns), &mut sums);
-        near(&sums, &expected);
+        for from in [0, 1, 4] {
+            let mut expected = vec![DMat3::ZERO; 5];
+            for (i, left) in columns.iter().zip(&restriction) {
+                for k in pattern.row(*i as usize).filter(|k| pattern.column[*k] >= from) {
+                    expected[pattern.column[k] as usize] += left.as_dmat3() * single[k].as_dmat3();
+                }
+            }
+            let places: Vec<u16> = targets(&columns).into_iter().filter(|place| u32::from(*place) >= from).collect();
+            restricted_row(Row { columns: &columns, values: &restriction }, right, from, &places, &mut sums);
+            near(&sums, &expected);
+        }
     }
 }

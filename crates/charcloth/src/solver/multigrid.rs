@@ -15,7 +15,7 @@ use super::blocks::{Pattern, by_block_rows, by_row_pairs, by_rows, on_widest_uni
 use super::galerkin::{Blocks, Row, Wide, finest_product_row, product_row, restricted_row};
 use direct::Direct;
 use glam::{DMat3, DVec3, Mat3A, Vec3A};
-use transfer::{Transfer, aggregates, prolongate_rows, restrict_rows};
+use transfer::{Transfer, add_rows, aggregates};
 
 /// No aggregate: the node is fixed.
 const NONE: u32 = u32::MAX;
@@ -131,8 +131,9 @@ impl Multigrid {
     }
 
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
-    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does.
-    pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, parallel: bool) {
+    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. That of the finest level is estimated
+    /// anew where `fresh`, as at the start of a step, and else kept.
+    pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
         let finest = &mut self.levels[0];
         finest.tie.iter_mut().zip(&matrix.tie).for_each(|(single, double)| *single = *double as f32);
         finest.position.iter_mut().zip(position).for_each(|(single, double)| *single = double.as_vec3a());
@@ -144,7 +145,9 @@ impl Multigrid {
             } else {
                 level.take_coarse(parallel);
             }
-            level.largest = caution * level.largest_eigenvalue(parallel);
+            if l > 0 || fresh {
+                level.largest = caution * level.largest_eigenvalue(parallel);
+            }
             if let (Some(next), Some(_)) = (coarse.first_mut(), &level.transfer) {
                 level.place_aggregates(next);
                 level.smooth_prolongation(parallel);
@@ -176,16 +179,17 @@ impl Multigrid {
         level.smooth(true, parallel);
         level.take_residual(parallel);
         let transfer = level.transfer.as_ref().expect("not the coarsest");
-        let Transfer { blocks, transposed, origin, .. } = transfer;
+        let Transfer { restriction, transposed, .. } = transfer;
         by_rows(&mut next.right, parallel, |first, right| {
-            restrict_rows(transposed, origin, blocks, &level.residual, first, right);
+            right.fill(Vec3A::ZERO);
+            add_rows(transposed, restriction, &level.residual, first, right);
         });
         self.descend(l + 1, parallel);
         let (fine, coarse) = self.levels.split_at_mut(l + 1);
         let (level, next) = (&mut fine[l], &coarse[0]);
         let transfer = level.transfer.as_ref().expect("not the coarsest");
         by_rows(&mut level.solution, parallel, |first, solution| {
-            prolongate_rows(&transfer.pattern, &transfer.blocks, &next.solution, first, solution);
+            add_rows(&transfer.pattern, &transfer.blocks, &next.solution, first, solution);
         });
         level.smooth(false, parallel);
     }
@@ -494,6 +498,7 @@ impl Level {
             pattern: to,
             blocks: prolongation,
             transposed,
+            restriction,
             origin,
             product,
             product_blocks,
@@ -501,8 +506,14 @@ impl Level {
             first_product,
             coarse_at,
             first_coarse,
+            mirror,
             ..
         } = transfer.as_mut().expect("not the coarsest");
+        by_rows(restriction, parallel, |first, restriction| {
+            for (restriction, k) in restriction.iter_mut().zip(&origin[first..]) {
+                *restriction = prolongation[*k as usize].transpose();
+            }
+        });
         let right = Blocks { pattern: to, values: prolongation };
         by_block_rows(product, product_blocks, parallel, |i, sums| {
             if sums.is_empty() {
@@ -519,11 +530,17 @@ impl Level {
             }
         });
         let right = Blocks { pattern: product, values: product_blocks };
+        // From the diagonal on; what is before it is the mirror image.
         by_block_rows(coarse_pattern, coarse, parallel, |i, sums| {
             let row = transposed.row(i);
-            let row = Row { columns: &transposed.column[row.clone()], values: &origin[row] };
-            restricted_row(row, prolongation, right, &coarse_at[first_coarse[i] as usize..], sums);
+            let row = Row { columns: &transposed.column[row.clone()], values: &restriction[row] };
+            restricted_row(row, right, i as u32, &coarse_at[first_coarse[i] as usize..], sums);
         });
+        for i in 0..coarse_pattern.rows() {
+            for k in coarse_pattern.row(i).take_while(|k| coarse_pattern.column[*k] < i as u32) {
+                coarse[k] = coarse[mirror[k] as usize].transpose();
+            }
+        }
     }
 }
 
@@ -638,13 +655,13 @@ mod tests {
     fn the_largest_eigenvalue_of_three_diagonals_is_estimated_from_above() {
         // Second differences: 2 - 2 cos(k pi/(n + 1)).
         for n in [1usize, 2, 5, 9] {
-            let largest = 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 1.0)).cos();
+            let largest_of = |n: usize| 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 1.0)).cos();
             let mut beside = vec![1.0; n];
             beside[n - 1] = 0.0;
-            assert!((estimate_above(&vec![2.0; n], &beside) - largest).abs() < 1e-8, "{n}");
+            assert!((estimate_above(&vec![2.0; n], &beside) - largest_of(n)).abs() < 1e-8, "{n}");
             beside[n - 1] = 1.0;
             let above = estimate_above(&vec![2.0; n], &beside);
-            assert!(above > 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 2.0)).cos() && above < 5.0, "{n}: {above}");
+            assert!(above > largest_of(n + 1) - 1e-8 && above < 5.0, "{n}: {above}");
         }
     }
 }

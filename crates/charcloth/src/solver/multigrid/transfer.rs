@@ -21,55 +21,27 @@ pub struct Transfer {
     pub smoothed_at: Vec<u8>,
     /// The same for each tie.
     pub tied_at: Vec<u8>,
-    /// Restriction: the transpose, with the block of the prolongation each stands for.
+    /// Restriction: the transpose, its values, and the block of the prolongation that each stands for.
     pub transposed: Pattern,
+    pub restriction: Vec<Mat3A>,
     pub origin: Vec<u32>,
     /// A times prolongation: pattern, values, and where each product goes within its row.
     pub product: Pattern,
     pub product_blocks: Vec<Wide>,
     pub product_at: Vec<u16>,
     pub first_product: Vec<u32>,
-    /// Where each product of restriction and that goes within its row.
+    /// Where each product of restriction and that goes within its row, from the diagonal on.
     pub coarse_at: Vec<u16>,
     pub first_coarse: Vec<u32>,
+    /// For each block of the next level before the diagonal, its mirror image.
+    pub mirror: Vec<u32>,
 }
 
-/// Rows of the restriction of a field.
-pub fn restrict_rows(
-    transposed: &Pattern,
-    origin: &[u32],
-    blocks: &[Mat3A],
-    field: &[Vec3A],
-    first: usize,
-    restricted: &mut [Vec3A],
-) {
-    on_widest_unit!((
-        transposed: &Pattern,
-        origin: &[u32],
-        blocks: &[Mat3A],
-        field: &[Vec3A],
-        first: usize,
-        restricted: &mut [Vec3A],
-    ) {
-        for (k, restricted) in restricted.iter_mut().enumerate() {
-            let mut sums = [Vec3A::ZERO; 3];
-            let row = transposed.row(first + k);
-            for (j, m) in transposed.column[row.clone()].iter().zip(&origin[row]) {
-                let (value, block) = (field[*j as usize], &blocks[*m as usize]);
-                sums[0] += block.x_axis * value;
-                sums[1] += block.y_axis * value;
-                sums[2] += block.z_axis * value;
-            }
-            *restricted = Vec3A::from_array(sums.map(|sum| sum.element_sum()));
-        }
-    });
-}
-
-/// Adds rows of the prolongation of a coarse field.
-pub fn prolongate_rows(pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
-    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
-        for (k, value) in field.iter_mut().enumerate() {
-            *value += block_row_times(pattern, blocks, coarse, first + k);
+/// Adds rows of the product of a matrix with a field.
+pub fn add_rows(pattern: &Pattern, blocks: &[Mat3A], field: &[Vec3A], first: usize, sums: &mut [Vec3A]) {
+    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], field: &[Vec3A], first: usize, sums: &mut [Vec3A]) {
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum += block_row_times(pattern, blocks, field, first + k);
         }
     });
 }
@@ -147,6 +119,7 @@ impl Transfer {
         let (transposed, origin) = pattern.transposed(2 * count);
         Self {
             blocks: vec![Mat3A::ZERO; pattern.blocks()],
+            restriction: vec![Mat3A::ZERO; pattern.blocks()],
             product_blocks: vec![Wide::ZERO; product.blocks()],
             tentative: vec![Mat3A::ZERO; rows],
             own,
@@ -162,6 +135,7 @@ impl Transfer {
             first_product,
             coarse_at: Vec::new(),
             first_coarse: Vec::new(),
+            mirror: Vec::new(),
         }
     }
 
@@ -194,10 +168,15 @@ impl Transfer {
 
     /// Looks up where products go in the pattern of the next level.
     pub fn place_coarse(&mut self, coarse: &Pattern) {
+        self.mirror = vec![0; coarse.blocks()];
         for a in 0..coarse.rows() {
+            for k in coarse.row(a) {
+                let mirrored = coarse.find(coarse.column[k] as usize, a as u32);
+                self.mirror[k] = mirrored.expect("the pattern is its own mirror image") as u32;
+            }
             self.first_coarse.push(self.coarse_at.len() as u32);
             for i in self.transposed.columns(a) {
-                for b in self.product.columns(*i as usize) {
+                for b in self.product.columns(*i as usize).iter().filter(|b| **b >= a as u32) {
                     let place = coarse.find(a, *b).expect("the pattern holds every product");
                     self.coarse_at.push((place - coarse.first[a] as usize) as u16);
                 }
