@@ -1,17 +1,24 @@
-"""The burnt sheet back in Blender: an object that a mesh sequence cache drives."""
+"""The burnt sheet back in Blender: a mesh, particles and flames, each driven by the files of the run."""
 
 from pathlib import Path
 
 import bpy
 
+from .ash import ash_material, give_shape
 from .attributes import add_copies
+from .fire import fire_material
 from .material import burn_material
-from .scene_file import metres_per_unit, run_folder
+from .scene_file import last_frame, metres_per_unit, run_folder, wants_flames
 
 
 def export_file(sheet: bpy.types.Object) -> Path:
     """The file that Blender reads."""
     return run_folder(sheet) / "usd" / "sheet.usdc"
+
+
+def flame_files(sheet: bpy.types.Object) -> list[Path]:
+    """The flames of each frame, in order."""
+    return sorted((run_folder(sheet) / "vdb").glob("flames_*.vdb"))
 
 
 def load(sheet: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object:
@@ -20,22 +27,24 @@ def load(sheet: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object:
     if not path.is_file():
         raise ValueError(f"there is no file {path}; burn the sheet first")
     settings = sheet.charcloth
-    collections = sheet.users_collection
     remove_burnt(sheet)
-    burnt = _import(path)
-    burnt.name = f"{sheet.name} burnt"
-    for collection in burnt.users_collection:
-        collection.objects.unlink(burnt)
-    for collection in collections:
-        collection.objects.link(burnt)
-    # The file counts in metres, whatever a unit of the scene is.
-    burnt.scale = [1 / metres_per_unit(scene)] * 3
-    cache = next(modifier for modifier in burnt.modifiers if modifier.type == "MESH_SEQUENCE_CACHE")
-    cache.cache_file.frame_offset = settings.frame_start
+    burnt, ash = _import(path)
+    for thing, name in ((burnt, "burnt"), (ash, "ash")):
+        if thing is None:
+            continue
+        thing.name = f"{sheet.name} {name}"
+        # The file counts in metres, whatever a unit of the scene is.
+        thing.scale = [1 / metres_per_unit(scene)] * 3
+        cache = next(modifier for modifier in thing.modifiers if modifier.type == "MESH_SEQUENCE_CACHE")
+        cache.cache_file.frame_offset = settings.frame_start
+        _gather(thing, sheet)
     add_copies(burnt)
-    burnt.data.materials.clear()
-    burnt.data.materials.append(burn_material(sheet))
-    settings.burnt, burnt.charcloth.sheet = burnt, sheet
+    _paint(burnt, burn_material(sheet))
+    if ash is not None:
+        give_shape(ash, ash_material(sheet))
+    settings.burnt, settings.ash, burnt.charcloth.sheet = burnt, ash, sheet
+    if wants_flames(settings):
+        settings.fire = _load_flames(sheet, scene)
     sheet.hide_set(True)
     sheet.hide_render = True
     scene.frame_set(scene.frame_current)
@@ -44,24 +53,61 @@ def load(sheet: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object:
 
 def remove_burnt(sheet: bpy.types.Object) -> None:
     """Removes what was loaded before, and shows the sheet again."""
-    burnt = sheet.charcloth.burnt
+    settings = sheet.charcloth
     sheet.hide_set(False)
     sheet.hide_render = False
-    if burnt is None:
-        return
-    mesh = burnt.data
-    files = [m.cache_file for m in burnt.modifiers if m.type == "MESH_SEQUENCE_CACHE" and m.cache_file]
-    bpy.data.objects.remove(burnt)
-    if mesh.users == 0:
-        bpy.data.meshes.remove(mesh)
+    caches = []
+    for key in ("burnt", "ash", "fire"):
+        thing = getattr(settings, key)
+        setattr(settings, key, None)
+        if thing is None:
+            continue
+        data = thing.data
+        caches += [m.cache_file for m in thing.modifiers if m.type == "MESH_SEQUENCE_CACHE" and m.cache_file]
+        bpy.data.objects.remove(thing)
+        if data.users == 0:
+            bpy.data.batch_remove([data])
     # A cache file keeps its archive open: a new burn needs a new one.
-    for file in files:
-        if file.users == 0:
-            bpy.data.batch_remove([file])
-    sheet.charcloth.burnt = None
+    unused = {cache for cache in caches if cache.users == 0}
+    if unused:
+        bpy.data.batch_remove(list(unused))
 
 
-def _import(path: Path) -> bpy.types.Object:
+def _load_flames(sheet: bpy.types.Object, scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """A volume of the flames, frame by frame where the sheet is."""
+    files = flame_files(sheet)
+    if not files:
+        return None
+    volume = bpy.data.volumes.new(f"{sheet.name} flames")
+    volume.filepath = str(files[0])
+    volume.is_sequence = True
+    volume.sequence_mode = "CLIP"
+    # The first file is that of frame 0 of the run.
+    volume.frame_start = sheet.charcloth.frame_start
+    volume.frame_duration = max(len(files), last_frame(sheet.charcloth) + 1)
+    volume.frame_offset = -1
+    flames = bpy.data.objects.new(volume.name, volume)
+    flames.scale = [1 / metres_per_unit(scene)] * 3
+    _gather(flames, sheet)
+    volume.materials.append(fire_material(sheet))
+    return flames
+
+
+def _gather(thing: bpy.types.Object, sheet: bpy.types.Object) -> None:
+    """Puts an object where the sheet is."""
+    for collection in thing.users_collection:
+        collection.objects.unlink(thing)
+    for collection in sheet.users_collection:
+        collection.objects.link(thing)
+
+
+def _paint(thing: bpy.types.Object, material: bpy.types.Material) -> None:
+    thing.data.materials.clear()
+    thing.data.materials.append(material)
+
+
+def _import(path: Path) -> tuple[bpy.types.Object, bpy.types.Object | None]:
+    """The mesh of a file, and its points if it has some."""
     before = set(bpy.data.objects)
     bpy.ops.wm.usd_import(
         filepath=str(path),
@@ -72,7 +118,8 @@ def _import(path: Path) -> bpy.types.Object:
         import_cameras=False,
         import_lights=False,
     )
-    found = [thing for thing in bpy.data.objects if thing not in before and thing.type == "MESH"]
-    if len(found) != 1:
-        raise ValueError(f"{path} has {len(found)} meshes")
-    return found[0]
+    fresh = [thing for thing in bpy.data.objects if thing not in before]
+    meshes, points = ([thing for thing in fresh if thing.type == kind] for kind in ("MESH", "POINTCLOUD"))
+    if len(meshes) != 1 or len(points) > 1:
+        raise ValueError(f"{path} has {len(meshes)} meshes and {len(points)} sets of points")
+    return meshes[0], next(iter(points), None)

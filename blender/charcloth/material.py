@@ -1,13 +1,15 @@
 """How burnt paper is drawn: a node tree that reads the attributes of the loaded mesh.
 
-`char` goes from white over brown (0.5) to char (1), `burn` is the fraction of the fuel that is gone, `kelvin` is the
-temperature (see `attributes`), `rest` is the place in the sheet [m], so that the grain sticks to the paper. Holes are
-geometry; only their rim, which has the width of a triangle, is frayed by transparency.
+`char` goes from white over brown (0.5) to char (1), `ash` is the fraction of the char that is gone (in a sketch: of the
+fuel), `kelvin` is the temperature (see `attributes`), `rest` is the place in the sheet [m], so that the grain sticks to
+the paper. Holes are geometry; only their rim, which has the width of a triangle, is frayed by transparency.
 """
 
 from typing import Any
 
 import bpy
+
+from .scene_file import physical
 
 NAME = "Charcloth paper"
 
@@ -24,26 +26,27 @@ SCORCH = (
 ASH = (0.16, 0.155, 0.15, 1.0)
 GRAIN = 700.0  # [1/m]: fibres and specks of 1.5 mm
 CLOUDS = 110.0  # [1/m]: patches of 1 cm
-GLOW_FROM, GLOW_TO = 850.0, 1150.0  # [K]: dull red to orange
-GLOW_COLORS = (1150.0, 1650.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
+ASHEN, SKETCHED_ASHEN = (0.25, 0.75), (0.68, 0.84)  # part gone between which char turns grey; tuned by eye
+GLOW_FROM, GLOW_TO, SKETCHED_GLOW_TO = 850.0, 1350.0, 1150.0  # [K]: dull red to orange
+GLOW_COLORS = (1350.0, 1900.0)  # [K] tuned: red to orange as films show embers; of the true ones a camera sees dull red
 GLOW_RISES, GLOW_FALLS = (0.36, 0.50), (0.58, 0.74)  # part of the fuel gone; tuned: a line, with char on both sides
-GLOW = 3.5  # tuned: the line is brighter than paper in daylight, and keeps its colour
-FRAY_FROM = 0.78  # part of the fuel gone at which the rim begins to fray
+GLOW = 1.5  # tuned: as bright as paper in daylight; brighter, AgX turns it pink
+FRAY_FROM = 0.78  # part gone at which the rim begins to fray
 
 
 def burn_material(sheet: bpy.types.Object) -> bpy.types.Material:
     """The material of a sheet's burnt self, made once and then left to the artist."""
-    name = f"{NAME} {sheet.name}"
+    name = f"{NAME} {sheet.name}" if physical(sheet.charcloth) else f"{NAME} {sheet.name} sketched"
     known = bpy.data.materials.get(name)
-    return known if known is not None else build_material(name)
+    return known if known is not None else build_material(name, physical(sheet.charcloth))
 
 
-def build_material(name: str) -> bpy.types.Material:
-    """A new material of burning paper."""
+def build_material(name: str, measured: bool) -> bpy.types.Material:
+    """A new material of burning paper: of a measured one, or of a sketch."""
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     tree = Tree(material.node_tree)
-    char, burn, kelvin = (tree.attribute(key) for key in ("char", "burn", "kelvin"))
+    char, ash, kelvin = (tree.attribute(key) for key in ("char", "ash", "kelvin"))
     rest = tree.attribute("rest", "Vector")
     grain = tree.noise(rest, GRAIN, "Grain")
     clouds = tree.noise(rest, CLOUDS, "Clouds")
@@ -55,25 +58,26 @@ def build_material(name: str) -> bpy.types.Material:
     scorched = tree.ramp(dark, SCORCH, "Scorch")
 
     # What has burnt out is ash: grey, in specks.
-    ashen = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.8)), 0.68, 0.84)
+    ashen = tree.between(tree.math("ADD", ash, tree.spread(grain, 0.8)), *(ASHEN if measured else SKETCHED_ASHEN))
     color = tree.mix(ashen, scorched, ASH, "Ash")
 
-    # Only what still burns glows: hot, and neither fresh nor burnt out.
-    hot = tree.between(kelvin, GLOW_FROM, GLOW_TO)
-    ragged = tree.math("ADD", burn, tree.spread(clouds, 0.5))
-    burning = tree.math("MULTIPLY", tree.between(ragged, *GLOW_RISES), tree.between(ragged, *GLOW_FALLS, (1.0, 0.0)))
-    embers = tree.between(grain, 0.36, 0.64)
-    strength = tree.value(GLOW, "Glow")
-    for factor in (hot, burning, embers):
+    # What is hot glows; of a sketch only what still burns, for it keeps its heat.
+    glow_to = GLOW_TO if measured else SKETCHED_GLOW_TO
+    strength = tree.math("MULTIPLY", tree.value(GLOW, "Glow"), tree.between(kelvin, GLOW_FROM, glow_to))
+    embers = [tree.between(grain, 0.36, 0.64)]
+    if not measured:
+        ragged = tree.math("ADD", ash, tree.spread(clouds, 0.5))
+        embers += [tree.between(ragged, *GLOW_RISES), tree.between(ragged, *GLOW_FALLS, (1.0, 0.0))]
+    for factor in embers:
         strength = tree.math("MULTIPLY", strength, factor)
 
     paper = tree.node("ShaderNodeBsdfPrincipled", "Paper", {"Roughness": 0.85, "Specular IOR Level": 0.25})
     tree.link(color, paper.inputs["Base Color"])
-    shown = tree.between(kelvin, GLOW_FROM, GLOW_TO, GLOW_COLORS)
+    shown = tree.between(kelvin, GLOW_FROM, glow_to, GLOW_COLORS)
     tree.link(tree.blackbody(shown), paper.inputs["Emission Color"])
     tree.link(strength, paper.inputs["Emission Strength"])
     tree.link(tree.bump(tree.math("MULTIPLY", grain, dark)), paper.inputs["Normal"])
-    frayed = tree.between(tree.math("ADD", burn, tree.spread(grain, 0.7)), FRAY_FROM, FRAY_FROM + 0.04)
+    frayed = tree.between(tree.math("ADD", ash, tree.spread(grain, 0.7)), FRAY_FROM, FRAY_FROM + 0.04)
     alpha = tree.math("SUBTRACT", 1.0, frayed)
 
     # Light comes through paper, not through char.
@@ -185,6 +189,6 @@ class Tree:
             self.link(source, target)
         return node.outputs[0]
 
-    def finish(self, surface: bpy.types.NodeSocket) -> None:
-        """The surface goes to the output."""
-        self.link(surface, self.node("ShaderNodeOutputMaterial", "", {}).inputs["Surface"])
+    def finish(self, shader: bpy.types.NodeSocket, what: str = "Surface") -> None:
+        """The surface, or the volume, goes to the output."""
+        self.link(shader, self.node("ShaderNodeOutputMaterial", "", {}).inputs[what])

@@ -1,6 +1,7 @@
 """What the buttons do: burn, go on, cancel, load, add a spark."""
 
 import atexit
+from pathlib import Path
 
 import bpy
 from bpy.app.handlers import persistent
@@ -9,7 +10,7 @@ from . import loader
 from .job import Job, Step
 from .preferences import find_program, thread_arguments
 from .properties import sheet_of
-from .scene_file import last_frame, override_arguments, run_folder, write_scene
+from .scene_file import last_frame, override_arguments, run_folder, wants_flames, write_scene
 
 INTERVAL = 0.25  # [s] between two looks at a job
 SPARKS = "Sparks"
@@ -42,12 +43,20 @@ def start(sheet: bpy.types.Object, scene: bpy.types.Scene, resume: bool) -> Job:
         path = write_scene(sheet, scene)
         what = [str(path), "-o", run, "--force", *override_arguments(sheet.charcloth)]
     simulate = [program, "run", *what, "--no-movie", *thread_arguments(), *json]
-    # The folder is the add-on's own: what an older version left there is in nobody's way.
-    into = ["-o", str(folder / "usd"), "--force"]
-    export = [program, "export", run, "--format", "usd", "--mean-velocities", *into, *json]
-    job = Job([Step("burning", simulate), Step("exporting", export)])
+    steps = [Step("burning", simulate), Step("exporting", _export(folder, "usd", ["--mean-velocities"]))]
+    if wants_flames(sheet.charcloth):
+        voxel = f"{sheet.charcloth.voxel:.7g}"
+        steps.append(Step("exporting flames", _export(folder, "vdb", ["--voxel", voxel])))
+    job = Job(steps)
     jobs[sheet.name] = job
     return job
+
+
+def _export(folder: Path, form: str, options: list[str]) -> list[str]:
+    """The command that exports the run of a folder."""
+    # The folder is the add-on's own: what an older version left there is in nobody's way.
+    into = ["-o", str(folder / form), "--force", "--progress", "json"]
+    return [find_program(), "export", str(folder / "run"), "--format", form, *options, *into]
 
 
 def show(sheet: bpy.types.Object, job: Job) -> None:
@@ -225,7 +234,7 @@ class AddSpark(_Sheet):
             context.scene.collection.children.link(settings.sparks)
         spark = bpy.data.objects.new("Spark", None)
         spark.empty_display_type = "SPHERE"
-        spark.empty_display_size = 0.015 / context.scene.unit_settings.scale_length
+        spark.empty_display_size = 0.012 / context.scene.unit_settings.scale_length
         spark.location = context.scene.cursor.location
         settings.sparks.objects.link(spark)
         return {"FINISHED"}

@@ -7,6 +7,7 @@ import bpy
 from . import operators
 from .preferences import find_program
 from .properties import sheet_of
+from .scene_file import physical
 
 WIDTH = 60  # letters in a line of a message
 
@@ -48,6 +49,8 @@ class SheetPanel(_Panel, bpy.types.Panel):
         column.use_property_split = True
         column.enabled = sheet.name not in operators.jobs
         column.prop(settings, "preset")
+        if physical(settings):
+            column.prop(settings, "speed")
         if find_program() is None:
             layout.label(text="The charcloth program was not found: see the preferences of the add-on", icon="ERROR")
         if sheet.name in operators.jobs:
@@ -78,7 +81,7 @@ class FirePanel(_SubPanel, bpy.types.Panel):
         settings = sheet.charcloth
         layout.prop(settings, "sparks")
         layout.operator("charcloth.add_spark", icon="ADD")
-        for key in ("ignite", "pin"):
+        for key in ("ignite", "pin", "noburn") if physical(settings) else ("ignite", "pin"):
             layout.prop_search(settings, key, sheet, "vertex_groups", results_are_suggestions=True)
         layout.label(text="The name of a painted attribute does as well")
 
@@ -98,6 +101,25 @@ class MotionPanel(_SubPanel, bpy.types.Panel):
         column.prop(sheet.charcloth, "frame_end")
 
 
+class ContactPanel(_SubPanel, bpy.types.Panel):
+    """What it falls on."""
+
+    bl_idname = "CHARCLOTH_PT_contact"
+    bl_label = "Contact"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def fill(self, layout: bpy.types.UILayout, sheet: bpy.types.Object) -> None:
+        """Table, obstacles, itself."""
+        settings = sheet.charcloth
+        row = layout.row(heading="Table")
+        row.prop(settings, "table", text="")
+        height = row.row()
+        height.enabled = settings.table
+        height.prop(settings, "table_height", text="")
+        layout.prop(settings, "obstacles")
+        layout.prop(settings, "self_contact")
+
+
 class OutputPanel(_SubPanel, bpy.types.Panel):
     """How fine it is, and where files go."""
 
@@ -105,12 +127,19 @@ class OutputPanel(_SubPanel, bpy.types.Panel):
     bl_label = "Mesh and Output"
 
     def fill(self, layout: bpy.types.UILayout, sheet: bpy.types.Object) -> None:
-        """Spacing, folder, further keys."""
+        """Spacing, flames, folder, further keys."""
         settings = sheet.charcloth
         layout.prop(settings, "refine")
         column = layout.column()
         column.enabled = settings.refine
         column.prop(settings, "spacing")
+        layout.prop(settings, "burn_level")
+        if physical(settings):
+            row = layout.row(heading="Flames")
+            row.prop(settings, "flames", text="")
+            voxel = row.row()
+            voxel.enabled = settings.flames
+            voxel.prop(settings, "voxel", text="")
         layout.prop(settings, "folder")
         layout.prop(settings, "overrides")
 
@@ -141,7 +170,7 @@ def lines(message: str) -> list[str]:
     return [part for line in message.splitlines() for part in textwrap.wrap(line, WIDTH) or [""]]
 
 
-CLASSES = (SheetPanel, FirePanel, MotionPanel, OutputPanel, SparkPanel)
+CLASSES = (SheetPanel, FirePanel, MotionPanel, ContactPanel, OutputPanel, SparkPanel)
 
 
 def register() -> None:

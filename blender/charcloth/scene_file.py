@@ -7,11 +7,13 @@ from typing import Any
 import bpy
 
 from .mesh_file import write_sheet
-from .presets import PRESETS
+from .presets import PHYSICAL, PRESETS
 
 MESH = "sheet.ply"
 SCENE = "scene.toml"
 SHELL_STEP = 0.01  # [s]; docs/scenes.md: 5 to 15 ms do
+BURNING_STEP = 0.004  # [s]; as the built-in scenes of the physical model
+SHELL_TOLERANCE = 0.01  # docs/scenes.md: looks as 0.001 does and costs less
 
 
 def run_folder(sheet: bpy.types.Object) -> Path:
@@ -42,39 +44,80 @@ def write_scene(sheet: bpy.types.Object, scene: bpy.types.Scene) -> Path:
     folder = run_folder(sheet)
     folder.mkdir(parents=True, exist_ok=True)
     settings = sheet.charcloth
-    weights = {layer: name for layer, name in (("pin", settings.pin), ("ignite", settings.ignite)) if name}
+    groups = (("pin", settings.pin), ("ignite", settings.ignite), ("noburn", settings.noburn if physical(settings) else ""))
+    weights = {layer: name for layer, name in groups if name}
     spacing = settings.spacing if settings.refine else 0.0
     with FirstFrame(sheet, scene):
         write_sheet(sheet, folder / MESH, metres_per_unit(scene), weights, spacing)
+        for number, thing in enumerate(obstacles(sheet)):
+            write_sheet(thing, folder / obstacle_file(number), metres_per_unit(scene), {}, 0.0)
         text = scene_text(sheet, scene)
     path = folder / SCENE
     path.write_text(text, encoding="utf-8")
     return path
 
 
+def physical(settings: bpy.types.PropertyGroup) -> bool:
+    """Whether the material is a measured one."""
+    return PRESETS[settings.preset].model == PHYSICAL
+
+
+def wants_flames(settings: bpy.types.PropertyGroup) -> bool:
+    """Whether there will be flames to load."""
+    return settings.flames and physical(settings)
+
+
 def scene_text(sheet: bpy.types.Object, scene: bpy.types.Scene) -> str:
     """The scene of a sheet, as TOML."""
     settings = sheet.charcloth
     fps = frames_per_second(scene)
+    integrator = settings.integrator
+    if integrator == "material":
+        integrator = "implicit" if physical(settings) else "symplectic_euler"
     tables: dict[str, dict[str, Any]] = {
-        "": {"name": sheet.name, "up": "z", "gravity": settings.gravity},
-        "sheet": {"mesh": MESH},
-        "mechanics": {"integrator": settings.integrator},
+        "": {"name": sheet.name, "model": PRESETS[settings.preset].model, "up": "z", "gravity": settings.gravity},
+        "sheet": {"mesh": MESH, "burn_level": settings.burn_level},
+        "mechanics": {"integrator": integrator},
         "wind": {"velocity": list(settings.wind), "gust": settings.gust},
         "time": {"frames": last_frame(settings), "fps": fps},
         "output": {"stills": []},
     }
-    if settings.integrator == "implicit":
-        tables["time"]["step"] = SHELL_STEP
+    if integrator == "implicit":
+        tables["shell"] = {"newton_tolerance": SHELL_TOLERANCE}
+        tables["time"]["step"] = BURNING_STEP if physical(settings) else SHELL_STEP
+    if physical(settings):
+        tables["fire"] = {"speed_gain": settings.speed}
+    if settings.self_contact:
+        tables["contact"] = {"self_contact": True}
     for name, keys in PRESETS[settings.preset].keys.items():
         tables[name] = {**tables.get(name, {}), **keys}
     parts = [_table(f"[{name}]" if name else "", keys) for name, keys in tables.items()]
+    if settings.noburn and physical(settings):
+        parts.append(_table("[paint.noburn]", {"group": "noburn"}))
+    if settings.table:
+        height = metres_per_unit(scene) * settings.table_height
+        parts.append(_table("[[obstacle]]", {"shape": "plane", "position": [0.0, 0.0, height]}))
+    for number in range(len(obstacles(sheet))):
+        parts.append(_table("[[obstacle]]", {"shape": "mesh", "mesh": obstacle_file(number)}))
     if settings.pin:
         parts.append(_table("[[pin]]", {"group": "pin"}))
     if settings.ignite:
         parts.append(_table("[[ignite]]", {"group": "ignite"}))
     parts += [_table("[[ignite]]", row) for row in spark_rows(sheet, scene)]
     return "\n".join(parts)
+
+
+def obstacles(sheet: bpy.types.Object) -> list[bpy.types.Object]:
+    """The meshes that a sheet falls on."""
+    settings = sheet.charcloth
+    things = settings.obstacles.all_objects if settings.obstacles else []
+    others = [thing for thing in things if thing.type == "MESH" and thing not in (sheet, settings.burnt)]
+    return sorted(others, key=lambda thing: thing.name)
+
+
+def obstacle_file(number: int) -> str:
+    """Name of the file of an obstacle."""
+    return f"obstacle_{number}.ply"
 
 
 def spark_rows(sheet: bpy.types.Object, scene: bpy.types.Scene) -> list[dict[str, Any]]:

@@ -72,6 +72,22 @@ fn package(python: &Path, folder: &Path) -> PathBuf {
 }
 
 #[test]
+fn presets_are_the_materials_of_the_program() {
+    let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let (code, materials, error) = run(&home, &["list", "materials"]);
+    assert_eq!(code, 0, "{error}");
+    let script = home.join("crates/charcloth-cli/tests/blender/presets.py");
+    let newer = "import sys; sys.exit(sys.version_info < (3, 11))";
+    match Command::new(environment::base()).args(["-B", "-c", newer]).status() {
+        Ok(status) if status.success() => {
+            let output = Command::new(environment::base()).arg("-B").arg(script).arg(&home).arg(materials).output();
+            check(&output.unwrap(), "SOUND");
+        }
+        _ => skipped(format_args!("no Python 3.11 or later; PYTHON may name one")),
+    }
+}
+
+#[test]
 fn the_add_on_burns_a_plane() {
     let Some(python) = blender() else { return };
     let folder = Folder::new("blender-add-on");

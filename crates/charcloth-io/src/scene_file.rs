@@ -216,10 +216,18 @@ fn read_scene(file: &File, tree: &Node) -> Result<Scene, SceneError> {
         }
     })?;
     inputs::make_paths_absolute(&mut scene, tree, &file.folder);
-    if let (Some(files), None) = (&scene.motion.files, &scene.sheet.mesh) {
+    let first_of = |files: &str, key: &str| -> Result<String, SceneError> {
         let first = mesh_sequence::files(Path::new(files)).map(|mut files| files.swap_remove(0));
-        let first = first.map_err(|error| file.point_at_key(tree, "motion.files", error.to_string()))?;
-        scene.sheet.mesh = Some(first.to_string_lossy().into_owned());
+        let first = first.map_err(|error| file.point_at_key(tree, key, error.to_string()))?;
+        Ok(first.to_string_lossy().into_owned())
+    };
+    if let (Some(files), None) = (&scene.motion.files, &scene.sheet.mesh) {
+        scene.sheet.mesh = Some(first_of(files, "motion.files")?);
+    }
+    for (row, obstacle) in scene.obstacle.iter_mut().enumerate() {
+        if let (Some(files), None) = (&obstacle.files, &obstacle.mesh) {
+            obstacle.mesh = Some(first_of(files, &format!("obstacle.{row}.files"))?);
+        }
     }
     if scene.model == Model::Physical {
         let material = inputs::material(&scene, file, tree)?;

@@ -96,7 +96,7 @@ impl Strip {
         let row = INTEGRATORS.iter().find(|row| row.name == "implicit").unwrap();
         Self {
             integrator: (row.item)(&scene),
-            forces: Forces { force: vec![DVec3::ZERO; nodes], drag: vec![1e-3; nodes] },
+            forces: Forces { force: vec![DVec3::ZERO; nodes], drag: vec![1e-3; nodes], air_mass: vec![0.0; nodes] },
             flow: Flow::of(&scene, material),
             state,
             cracks,
@@ -113,7 +113,7 @@ impl Strip {
             *free = if *charred { DVec2::new(-shrinkage, 0.0) } else { DVec2::ZERO };
         }
         let nodes = self.state.motion.len();
-        self.forces = Forces { force: vec![DVec3::ZERO; nodes], drag: vec![1e-3; nodes] };
+        self.forces = Forces { force: vec![DVec3::ZERO; nodes], drag: vec![1e-3; nodes], air_mass: vec![0.0; nodes] };
         let Self { state, cracks, flow, integrator, factors, forces, topology, .. } = self;
         let step = Step {
             factors,

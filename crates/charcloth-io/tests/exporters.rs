@@ -54,8 +54,8 @@ fn ply_carries_every_column_and_doubles_points_at_the_seam_only() {
     let ply = Parser::<DefaultElement>::new().read_ply(&mut file).unwrap();
     let vertices = &ply.payload["vertex"];
     assert_eq!(vertices.len(), 81 + 9);
-    let expected = "x y z nx ny nz s t vx vy vz inert_mass rest_x rest_y rest_z source sheet pinned alive temperature fuel \
-        fuel_initial heat peak_temperature ignited_at area id burn age origin_face \
+    let expected = "x y z nx ny nz s t vx vy vz inert_mass rest_x rest_y rest_z source sheet pinned alive temperature fuel_mass \
+        fuel_initial heat peak_temperature ignited_at area id fuel burn char ash age origin_face \
         origin_a origin_b origin_c origin_weights_a red green blue";
     for name in expected.split_whitespace() {
         assert!(vertices[0].contains_key(name), "{name}");
@@ -68,6 +68,8 @@ fn ply_carries_every_column_and_doubles_points_at_the_seam_only() {
         let Property::UInt(id) = vertex["id"] else { panic!("id") };
         let i = id as usize;
         assert_eq!(float(vertex, "temperature"), f64::from(state.burn.temperature[i] as f32));
+        assert!((float(vertex, "fuel") - state.burn.fuel[i] / 1e-6).abs() < 1e-6);
+        assert_eq!(float(vertex, "fuel_mass"), f64::from(state.burn.fuel[i] as f32));
         assert!((float(vertex, "burn") - (1.0 - state.burn.fuel[i] / 1e-6)).abs() < 1e-6);
         let age = if state.burn.ignited_at[i] < 0.0 { -1.0 } else { 0.25 };
         assert_eq!(float(vertex, "age"), age);
@@ -263,6 +265,8 @@ fn every_exporter_has_a_file() {
     let shared = [
         "mod",
         "glb",
+        "abc_points",
+        "abc_samples",
         "listing",
         "look",
         "ogawa",
@@ -273,6 +277,8 @@ fn every_exporter_has_a_file() {
         "twin",
         "twin_obj",
         "usd_crate",
+        "usd_points",
+        "usd_samples",
         "vdb_grid",
     ];
     for entry in std::fs::read_dir(folder).unwrap() {

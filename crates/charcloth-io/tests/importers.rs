@@ -9,7 +9,7 @@ use charcloth::sheet::bounds;
 use charcloth_io::IoError;
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
 use charcloth_io::exporters::{ExportOptions, export};
-use charcloth_io::importers::{IMPORTERS, inspect, likely_unit, read_mesh};
+use charcloth_io::importers::{IMPORTERS, coarse, inspect, likely_unit, read_mesh};
 use common::skipped::skipped;
 use common::{Folder, mesh_file, sheet};
 use glam::{DVec3, Vec2};
@@ -266,6 +266,44 @@ fn units_are_scaled_and_an_unlikely_size_is_remarked_on() {
     assert!(mesh.remarks.is_empty());
     let huge = read(&path).unwrap();
     assert!(huge.remarks[0].contains("is its unit right?"), "{:?}", huge.remarks);
+}
+
+#[test]
+fn faces_too_large_for_a_fire_are_remarked_on() {
+    let folder = Folder::new("coarse");
+    // Two triangles of an A4 sheet's width: no burn level makes that fine enough. Of 30 mm: the third does, to 4 mm.
+    let of_width = |width: f32| {
+        let path = folder.file("a.stl", binary_stl(b"", &SQUARE.map(|t| t.map(|p| p.map(|x| width * x)))));
+        read(&path).unwrap()
+    };
+    let words = |width, level| coarse(&of_width(width), level).unwrap_or_default();
+    assert!(words(0.21, 0).contains("239 mm apart") && words(0.21, 0).ends_with(": subdivide the mesh"));
+    assert!(words(0.03, 0).ends_with("sheet.burn_level=3"), "{}", words(0.03, 0));
+    assert!(words(0.03, 2).contains("9 mm apart"), "{}", words(0.03, 2));
+    assert_eq!(words(0.03, 3), "");
+    assert_eq!(words(0.005, 0), "");
+    // A run says it too, where there is fire.
+    let text = |fire: &str| format!("sheet.mesh = \"a.stl\"\n{fire}");
+    let warnings = |fire: &str| {
+        of_width(0.03);
+        let path = folder.file("scene.toml", text(fire));
+        let case = charcloth_io::scene_file::load(&path, &[]).unwrap().cases.remove(0);
+        case.read_inputs(&Meshes).unwrap().1.join("; ")
+    };
+    assert!(warnings("[[ignite]]\ncorner = \"bottom_left\"\n").contains("millimetres wide"));
+    assert_eq!(warnings(""), "");
+}
+
+/// Reads meshes as the program does.
+struct Meshes;
+
+impl charcloth_io::scene_file::Loader for Meshes {
+    fn mesh(&self, path: &Path, unit: LengthUnit) -> Result<SurfaceMesh, String> {
+        read_mesh(path, unit).map_err(|error| error.to_string())
+    }
+    fn image(&self, path: &Path) -> Result<charcloth::simulation::GreyImage, String> {
+        Err(format!("{} is not to be read here", path.display()))
+    }
 }
 
 #[test]

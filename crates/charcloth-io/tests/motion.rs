@@ -148,6 +148,49 @@ fn a_sheet_that_is_drawn_goes_with_its_motion_until_the_pull_ends() {
     assert_eq!(run(None), run(Some(4)), "bits after a resumption");
 }
 
+/// A tray of four triangles rises by 2 mm a mesh, then bulges by 5 mm in its middle, under a sheet that rests on it.
+#[test]
+fn an_obstacle_that_bends_lifts_the_sheet_on_it() {
+    let folder = Folder::new("tray");
+    std::fs::create_dir(folder.0.join("tray")).unwrap();
+    for k in 0..5u32 {
+        let (rim, middle) = (2.0 * f64::from(k.min(3)), if k < 4 { 2.0 * f64::from(k) } else { 11.0 });
+        let corners = [[-30, -30], [30, -30], [30, 30], [-30, 30]].map(|[x, z]| format!("v {x} {rim} {z}\n")).concat();
+        let faces = "f 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n";
+        folder.file(&format!("tray/tray_{k:02}.obj"), format!("{corners}v 0 {middle} 0\n{faces}"));
+    }
+    folder.file(
+        "scene.toml",
+        r#"
+thermal_force.law = "off"
+curl.law = "off"
+sheet = { shape = "grid", width = "40 mm", height = "40 mm", spacing = "5 mm", pose = "lying", position = [0, "1 mm", 0], cockle = 0, variation = { noise = 0 } }
+mechanics = { integrator = "implicit", damping = 5.0 }
+shell = { modulus_along = "20 MPa", modulus_across = "20 MPa" }
+time = { frames = 12, step = "7 ms" }
+[[obstacle]]
+shape = "mesh"
+files = "tray"
+unit = "mm"
+fps = 12
+"#,
+    );
+    let (case, inputs) = open(&folder, &[]);
+    assert_eq!(inputs.obstacle_motions.len(), 1);
+    let mut simulation = Simulation::build(&case.scene, &inputs).unwrap();
+    advance(&mut simulation, 12);
+    let (heights, summary) = (simulation.state().motion.position.iter().map(|p| p.y), simulation.summary());
+    let (lowest, highest) =
+        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+    assert!(highest > 11e-3, "it rests at {highest} m on a tray whose middle is at 11 mm");
+    assert!(lowest > 6e-3, "{lowest} m is below the rim");
+    assert_eq!((summary.intersecting_pairs_max, summary.passed_through), (Some(0), Some(0)));
+    folder.file("tray/tray_04.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n");
+    let file = load(&folder.0.join("scene.toml"), &[]).unwrap();
+    let text = file.cases[0].read_inputs(&Disk).map(|_| ()).unwrap_err().to_string();
+    assert!(text.contains("tray_04.obj") && text.contains("scene.toml:10"), "{text}");
+}
+
 #[test]
 fn what_has_burnt_or_come_off_is_let_go() {
     let folder = folder("let_go", "drawn");
@@ -158,7 +201,7 @@ fn what_has_burnt_or_come_off_is_let_go() {
     let sequence = MeshSequence { meshes: vec![moved] };
     let mut guide = Guide::of(&case.scene, sequence, (DMat3::IDENTITY, DVec3::ZERO), 1);
     let mut pull = |state: &_, topology| {
-        let mut forces = Forces { force: vec![DVec3::ZERO; 81], drag: vec![0.0; 81] };
+        let mut forces = Forces { force: vec![DVec3::ZERO; 81], drag: vec![0.0; 81], air_mass: vec![0.0; 81] };
         guide.pull(state, &mut forces, [0.0, 0.004], topology);
         forces.force.iter().map(|force| force.length()).collect::<Vec<f64>>()
     };

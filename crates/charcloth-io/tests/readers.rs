@@ -2,7 +2,9 @@
 
 mod common;
 
+use charcloth::frame::{Frame, Sample, Sink};
 use charcloth::scene::{Axis, LengthUnit};
+use charcloth::sheet::{Particles, SheetState};
 use charcloth::simulation::{Inputs, Simulation};
 use charcloth_io::cache::{CacheReader, CacheWriter, RunInfo};
 use charcloth_io::exporters::{EXPORTERS, ExportOptions, export};
@@ -10,6 +12,7 @@ use charcloth_io::importers::read_mesh;
 use common::node;
 use common::python::{python, read_with};
 use common::{Folder, tearing_scene};
+use glam::DVec3;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -27,6 +30,51 @@ fn run() -> &'static Folder {
 fn fine_run() -> &'static Folder {
     static RUN: OnceLock<Folder> = OnceLock::new();
     RUN.get_or_init(|| simulate("readers-fine", 1))
+}
+
+/// The same again, in which something comes off: particles that are made up, more in each frame, and pieces that weigh.
+fn shedding_run() -> &'static Folder {
+    static RUN: OnceLock<Folder> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let folder = Folder::new("readers-shedding");
+        let (mut scene, name) = (tearing_scene(), "torn".into());
+        scene.up = Axis::Z;
+        let writer = CacheWriter::create(&folder.0, &RunInfo { scene: name, fps: 24.0, up: scene.up }).unwrap();
+        Simulation::build(&scene, &Inputs::default()).unwrap().run(LAST, &mut Shedding(writer)).unwrap();
+        folder
+    })
+}
+
+struct Shedding(CacheWriter);
+
+impl Sink for Shedding {
+    fn frame(
+        &mut self,
+        frame: &Frame,
+        history: &[Sample],
+        state: &SheetState,
+    ) -> Result<ControlFlow<()>, charcloth::error::Error> {
+        let mut frame = frame.clone();
+        // None in the first frames; then enough for the file to compress what it may.
+        let mut particles = Particles::zeros(7 * frame.number.saturating_sub(4) as usize);
+        for p in 0..particles.len() {
+            let noise = |k: usize| ((17 * p + k + 1) as f64 * 0.618_033_988_749_895).fract();
+            particles.velocity[p] = DVec3::new(noise(0), noise(1) - 0.5, -noise(2));
+            particles.position[p] = DVec3::new(0.1 * noise(3), 0.1, 1.0) + particles.velocity[p] * frame.time;
+            (particles.mass[p], particles.area[p]) = (1e-7 * noise(4), 1e-5 * noise(5));
+            (particles.temperature[p], particles.birth[p]) = (300.0 + 900.0 * noise(6), 0.1 * noise(7));
+            (particles.parent[p], particles.lies[p]) = ((p % 3) as u32, (p % 2) as u8);
+        }
+        frame.particles = particles;
+        for p in 0..frame.pieces.len() {
+            (frame.pieces.mass[p], frame.pieces.area[p]) = (1e-5 / (p as f64 + 1.1), 1e-4 / (p as f64 + 1.3));
+            frame.pieces.temperature[p] = 300.0 + 10.1 * p as f64 + frame.time;
+        }
+        self.0.frame(&frame, history, state)
+    }
+    fn finish(&mut self) -> Result<(), charcloth::error::Error> {
+        self.0.finish()
+    }
 }
 
 fn simulate(name: &str, burn_level: u32) -> Folder {
@@ -67,12 +115,21 @@ fn openusd_reads_every_frame() {
 
 #[test]
 fn openusd_and_alembic_read_a_fine_burn_mesh() {
+    read_by_openusd_and_alembic(fine_run());
+}
+
+#[test]
+fn openusd_and_alembic_read_what_comes_off() {
+    read_by_openusd_and_alembic(shedding_run());
+}
+
+fn read_by_openusd_and_alembic(run: &Folder) {
     for (format, reader) in [("usd", "usd.py"), ("abc", "abc.py")] {
-        let folder = Folder::new(&format!("fine-{format}"));
-        let cache = CacheReader::open(&fine_run().0).unwrap();
+        let folder = Folder::new(&format!("{}-{format}", run.0.file_name().unwrap().display()));
+        let cache = CacheReader::open(&run.0).unwrap();
         let options = ExportOptions::default();
         let exported = export(&cache, format, &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap();
-        read_with(reader, &[&fine_run().0, &exported.files[0]]);
+        read_with(reader, &[&run.0, &exported.files[0]]);
     }
 }
 
@@ -223,9 +280,11 @@ fn a_damaged_frame_is_named_and_leaves_nothing_half_written() {
 
 #[test]
 fn mean_velocities_are_those_from_frame_to_frame() {
-    let folder = Folder::new("mean");
-    let cache = CacheReader::open(&run().0).unwrap();
-    let options = ExportOptions { mean_velocities: true, ..ExportOptions::default() };
-    let files = export(&cache, "usd", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap().files;
-    read_with("velocities.py", &[&run().0, &files[0]]);
+    for run in [run(), shedding_run()] {
+        let folder = Folder::new("mean");
+        let cache = CacheReader::open(&run.0).unwrap();
+        let options = ExportOptions { mean_velocities: true, ..ExportOptions::default() };
+        let files = export(&cache, "usd", &options, &folder.0, &mut |_| ControlFlow::Continue(())).unwrap().files;
+        read_with("velocities.py", &[&run.0, &files[0]]);
+    }
 }

@@ -1,7 +1,7 @@
 //! What sheets meet, as it is seen: solids as they are, planes as tops of tables that fade into the dark.
 
 use crate::camera::Camera;
-use charcloth::contact::scenery::{Motion, Scenery};
+use charcloth::contact::scenery::{Motion, Scenery, Solid};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -18,6 +18,8 @@ pub struct Props {
     points: Vec<DVec3>,
     /// Points and triangles that move as one.
     parts: Vec<(Range<usize>, Range<usize>, Motion)>,
+    /// Solids that bend: their part, and how.
+    bending: Vec<(usize, Solid)>,
     normals: Vec<[DVec3; 3]>,
     /// Corners of all triangles.
     pub triangles: Vec<[u32; 3]>,
@@ -54,30 +56,16 @@ impl Props {
         }
         props.flat = props.triangles.len();
         for solid in &scenery.solids {
+            if solid.course.is_some() {
+                props.bending.push((props.parts.len(), solid.clone()));
+            }
             props.add(solid.points.clone(), solid.triangles.clone(), solid.motion);
         }
         props
     }
 
     fn add(&mut self, points: Vec<DVec3>, triangles: Vec<[u32; 3]>, motion: Motion) {
-        let face = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|i| points[i as usize]);
-            (b - a).cross(c - a)
-        };
-        let faces: Vec<DVec3> = triangles.iter().map(face).collect();
-        let mut around: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
-        for (t, corners) in triangles.iter().enumerate() {
-            corners.iter().for_each(|i| around[*i as usize].push(t));
-        }
-        for (t, corners) in triangles.iter().enumerate() {
-            let own = faces[t].normalize_or(DVec3::Y);
-            let smooth = |i: u32| {
-                let near = around[i as usize].iter().map(|u| faces[*u]);
-                let alike = near.filter(|other| other.normalize_or_zero().dot(own) > SHARP);
-                alike.sum::<DVec3>().normalize_or(own)
-            };
-            self.normals.push(corners.map(smooth));
-        }
+        self.normals.extend(smooth_normals(&points, &triangles));
         let (first, first_triangle) = (self.points.len(), self.triangles.len());
         self.triangles.extend(triangles.iter().map(|corners| corners.map(|i| i + first as u32)));
         self.points.extend(points);
@@ -95,9 +83,41 @@ impl Props {
             };
             self.normal.extend(self.normals[triangles.clone()].iter().map(|normals| normals.map(turned)));
         }
+        for (part, solid) in &self.bending {
+            let (points, triangles, _) = &self.parts[*part];
+            for (k, place) in self.place[points.clone()].iter_mut().enumerate() {
+                *place = solid.place(k, time);
+            }
+            let smooth = smooth_normals(&self.place[points.clone()], &solid.triangles);
+            for (normal, smooth) in self.normal[triangles.clone()].iter_mut().zip(smooth) {
+                *normal = smooth.map(|normal| normal.as_vec3());
+            }
+        }
         self.position.clear();
         self.position.extend(self.place.iter().map(|point| (*point - target).as_vec3()));
     }
+}
+
+/// Normals at the corners of each triangle: means over the faces around a point that are turned alike.
+fn smooth_normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<[DVec3; 3]> {
+    let face = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|i| points[i as usize]);
+        (b - a).cross(c - a)
+    };
+    let faces: Vec<DVec3> = triangles.iter().map(face).collect();
+    let mut around: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
+    for (t, corners) in triangles.iter().enumerate() {
+        corners.iter().for_each(|i| around[*i as usize].push(t));
+    }
+    let of_corners = |(t, corners): (usize, &[u32; 3])| {
+        let own = faces[t].normalize_or(DVec3::Y);
+        corners.map(|i| {
+            let near = around[i as usize].iter().map(|u| faces[*u]);
+            let alike = near.filter(|other| other.normalize_or_zero().dot(own) > SHARP);
+            alike.sum::<DVec3>().normalize_or(own)
+        })
+    };
+    triangles.iter().enumerate().map(of_corners).collect()
 }
 
 #[cfg(test)]
@@ -116,8 +136,10 @@ mod tests {
         let motion = Motion { spin: DVec3::Y, stop: f64::INFINITY, ..Motion::default() };
         let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        let scenery =
-            Scenery { solids: vec![Solid { points, triangles, motion, friction: 0.0 }], ..Scenery::default() };
+        let scenery = Scenery {
+            solids: vec![Solid { points, triangles, motion, course: None, friction: 0.0 }],
+            ..Scenery::default()
+        };
         let mut props = Props::build(&scenery, &camera);
         props.move_to(0.0, DVec3::ZERO);
         assert_eq!(props.normal, [[Vec3::Z; 3], [Vec3::X; 3]]);

@@ -18,6 +18,36 @@ pub struct MeshSequence {
     pub meshes: Vec<Vec<DVec3>>,
 }
 
+impl MeshSequence {
+    /// Eq. 12.10: where a point is [m] at a place of the sequence, counted in meshes from the first on, with its first and
+    /// second derivative by that.
+    pub fn at(&self, point: usize, place: f64) -> [DVec3; 3] {
+        let last = self.meshes.len() - 1;
+        let k = (place as usize).min(last.saturating_sub(1));
+        let of = |k: usize| self.meshes[k.min(last)][point];
+        let (from, to) = (of(k), of(k + 1));
+        // Slopes a mesh; at the ends the motion sets in and goes out.
+        let (leaves, arrives) = (0.5 * (to - of(k.saturating_sub(1))), 0.5 * (of(k + 2) - from));
+        let s = place - k as f64;
+        let (square, cube) = (s * s, s * s * s);
+        let position = from * (2.0 * cube - 3.0 * square + 1.0)
+            + leaves * (cube - 2.0 * square + s)
+            + to * (3.0 * square - 2.0 * cube)
+            + arrives * (cube - square);
+        let slope = (to - from) * (6.0 * s - 6.0 * square)
+            + leaves * (3.0 * square - 4.0 * s + 1.0)
+            + arrives * (3.0 * square - 2.0 * s);
+        let bend = (to - from) * (6.0 - 12.0 * s) + leaves * (6.0 * s - 4.0) + arrives * (6.0 * s - 2.0);
+        [position, slope, bend]
+    }
+
+    /// The place of the sequence at a time [s], of so many meshes a second from a time on; the first before, the last
+    /// after.
+    pub fn place(&self, time: f64, start: f64, fps: f64) -> f64 {
+        ((time - start) * fps).clamp(0.0, (self.meshes.len() - 1) as f64)
+    }
+}
+
 /// Where the points of a sheet are to be.
 pub struct Guide {
     sequence: MeshSequence,
@@ -54,27 +84,11 @@ impl Guide {
 
     /// Place [m], velocity [m/s] and acceleration [m/s2] that a point of the mesh is to have at a time [s].
     fn course(&self, point: usize, time: f64) -> [DVec3; 3] {
-        let meshes = &self.sequence.meshes;
-        let last = meshes.len() - 1;
-        let place = ((time - self.motion.start.0) * self.motion.fps).clamp(0.0, last as f64);
-        let k = (place as usize).min(last.saturating_sub(1));
-        let of = |k: usize| meshes[k.min(last)][point];
-        let (from, to) = (of(k), of(k + 1));
-        // Slopes a mesh; at the ends the motion sets in and goes out.
-        let (leaves, arrives) = (0.5 * (to - of(k.saturating_sub(1))), 0.5 * (of(k + 2) - from));
-        let s = place - k as f64;
-        let (square, cube) = (s * s, s * s * s);
-        // Eq. 12.10
-        let position = from * (2.0 * cube - 3.0 * square + 1.0)
-            + leaves * (cube - 2.0 * square + s)
-            + to * (3.0 * square - 2.0 * cube)
-            + arrives * (cube - square);
-        let slope = (to - from) * (6.0 * s - 6.0 * square)
-            + leaves * (3.0 * square - 4.0 * s + 1.0)
-            + arrives * (3.0 * square - 2.0 * s);
-        let moving = place > 0.0 && place < last as f64;
-        let bend = (to - from) * (6.0 - 12.0 * s) + leaves * (6.0 * s - 4.0) + arrives * (6.0 * s - 2.0);
-        let rate = if moving { self.motion.fps } else { 0.0 };
+        let Motion { start, fps, .. } = &self.motion;
+        let place = self.sequence.place(time, start.0, *fps);
+        let [position, slope, bend] = self.sequence.at(point, place);
+        let moving = place > 0.0 && place < (self.sequence.meshes.len() - 1) as f64;
+        let rate = if moving { *fps } else { 0.0 };
         [self.turn * position + self.shift, self.turn * slope * rate, self.turn * bend * (rate * rate)]
     }
 
@@ -125,10 +139,11 @@ impl Guide {
         let rate = 1.0 / self.motion.pull_time.0.max(dt);
         for i in (0..motion.len()).filter(|i| motion.pinned[*i] == 0 && !self.loose[*i]) {
             let [target, speed, speeds_up] = self.course(motion.source[i] as usize, time + dt);
-            let holds = state.mass(i) * part * burn.stiffness[state.burn_node(i)];
+            let left = part * burn.stiffness[state.burn_node(i)];
+            let holds = (state.mass(i) + forces.air_mass[i]) * left;
             let damping = 2.0 * holds * rate;
-            let back = (target - motion.position[i]) * (rate * rate) + speeds_up - self.gravity;
-            forces.force[i] += back * holds + speed * damping;
+            let back = (target - motion.position[i]) * (rate * rate) + speeds_up;
+            forces.force[i] += back * holds + speed * damping - self.gravity * (state.mass(i) * left);
             forces.drag[i] += damping;
         }
     }

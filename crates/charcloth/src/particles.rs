@@ -52,7 +52,8 @@ impl Shed {
             drag: 0.25 * density_of_air(scene) * PLATE_DRAG,
             air: Air::of(scene),
             planes: scenery.planes.clone(),
-            solids: scenery.solids.iter().map(Target::of).collect(),
+            // Those that bend are passed through: particles are found in a solid as it was at the start.
+            solids: scenery.solids.iter().filter(|solid| solid.course.is_none()).map(Target::of).collect(),
             area: Vec::new(),
             held: Vec::new(),
             piece: Vec::new(),
@@ -280,7 +281,7 @@ mod tests {
     fn a_particle_meets_a_solid_where_it_has_moved_to() {
         let points = vec![DVec3::ZERO, DVec3::Z, DVec3::X, DVec3::new(1.0, 0.0, 1.0)];
         let motion = Motion { velocity: DVec3::X * 10.0, stop: f64::INFINITY, ..Motion::default() };
-        let solid = Solid { points, triangles: vec![[2, 1, 3], [0, 1, 2]], motion, friction: 0.0 };
+        let solid = Solid { points, triangles: vec![[2, 1, 3], [0, 1, 2]], motion, course: None, friction: 0.0 };
         let target = Target::of(&solid);
         let fall =
             |x: f64, z: f64, time: f64| target.meeting([DVec3::new(x, 0.3, z), DVec3::new(x, -0.1, z)], [time, time]);

@@ -58,6 +58,8 @@ pub struct Inputs {
     pub motion: Option<MeshSequence>,
     /// Meshes of obstacles by the path the scene gives.
     pub obstacles: BTreeMap<String, SurfaceMesh>,
+    /// How obstacles are animated, by the files the scene gives.
+    pub obstacle_motions: BTreeMap<String, MeshSequence>,
     /// Pictures by the path the scene gives.
     pub images: BTreeMap<String, GreyImage>,
     /// The material that `sheet.material` names, for the physical model.
@@ -691,10 +693,7 @@ impl Simulation {
         let state = &self.built.state;
         let mut forces = std::mem::take(&mut self.scratch.forces);
         let count = state.motion.len();
-        forces.force.clear();
-        forces.force.resize(count, DVec3::ZERO);
-        forces.drag.clear();
-        forces.drag.resize(count, 0.0);
+        forces.clear(count);
         let now = self.now();
         for effect in &self.effects {
             effect.add_forces(&now, &mut forces);

@@ -35,7 +35,11 @@ fn settled_curvature(free: f64) -> f64 {
     };
     let nodes = state.motion.len();
     // Drag settles it.
-    let forces = charcloth::effects::Forces { force: vec![DVec3::ZERO; nodes], drag: vec![2e-5; nodes] };
+    let forces = charcloth::effects::Forces {
+        force: vec![DVec3::ZERO; nodes],
+        drag: vec![2e-5; nodes],
+        air_mass: vec![0.0; nodes],
+    };
     let row = INTEGRATORS.iter().find(|row| row.name == "implicit").unwrap();
     let mut integrator = (row.item)(&scene);
     for k in 0..400 {

@@ -75,7 +75,7 @@ impl Stage {
         let (nodes, springs) = (self.state.motion.len(), self.state.springs.len());
         let full = |count| vec![before; count];
         let mut rates = HeatRates { within: full(nodes), lost: full(nodes) };
-        let mut forces = Forces { force: vec![DVec3::splat(before); nodes], drag: full(nodes) };
+        let mut forces = Forces { force: vec![DVec3::splat(before); nodes], drag: full(nodes), air_mass: full(nodes) };
         let mut factors = SpringFactors {
             stiffness: vec![0.7; springs],
             tension: full(springs),
@@ -88,7 +88,7 @@ impl Stage {
         effect.add_forces(&now, &mut forces);
         assert!(factors.stiffness.iter().all(|s| *s == 0.7), "stiffness is not for effects to change");
         let heat = (0..nodes).map(|i| DVec3::new(rates.within[i], rates.lost[i], before));
-        let drag = (0..nodes).map(|i| DVec3::splat(forces.drag[i]));
+        let drag = (0..nodes).map(|i| DVec3::new(forces.drag[i], forces.air_mass[i], before));
         let by_node = heat.chain(drag).chain(forces.force).map(|v| v - before).collect();
         let by_spring = (0..springs).map(|s| DVec3::new(factors.tension[s], factors.drag[s], before) - before);
         (by_node, by_spring.collect())
@@ -198,7 +198,8 @@ fn force_derivatives_agree_with_finite_differences() {
         effect.add_force_derivatives(&stage.now(), &mut derivatives);
         let given = |by: &[DMat3]| by.iter().any(|m| *m != DMat3::ZERO);
         let force = |stage: &Stage, i: usize| {
-            let mut forces = Forces { force: vec![DVec3::ZERO; count], drag: vec![0.0; count] };
+            let mut forces =
+                Forces { force: vec![DVec3::ZERO; count], drag: vec![0.0; count], air_mass: vec![0.0; count] };
             effect.add_forces(&stage.now(), &mut forces);
             forces.force[i] - forces.drag[i] * stage.state.motion.velocity[i]
         };
@@ -260,7 +261,11 @@ fn for_each_integrator(
             triangle: vec![1.0; state.triangles.len()],
             ..SpringFactors::default()
         };
-        let forces = Forces { force: vec![forces; state.motion.len()], drag: vec![0.0; state.motion.len()] };
+        let forces = Forces {
+            force: vec![forces; state.motion.len()],
+            drag: vec![0.0; state.motion.len()],
+            air_mass: vec![0.0; state.motion.len()],
+        };
         let unit = VectorUnit::best();
         let step =
             Step { factors: &factors, forces: &forces, dt: 2e-3, substeps: None, topology: 0, unit, parallel: false };

@@ -50,7 +50,8 @@ fn loads(state: &SheetState) -> (SpringFactors, Forces) {
     let nodes = 0..state.motion.len();
     let forces = Forces {
         force: nodes.clone().map(|i| DVec3::NEG_Y * 9.81 * state.mass(i)).collect(),
-        drag: nodes.map(|i| 3.0 * state.mass(i)).collect(),
+        drag: nodes.clone().map(|i| 3.0 * state.mass(i)).collect(),
+        air_mass: vec![0.0; nodes.len()],
     };
     (factors, forces)
 }

@@ -7,7 +7,7 @@ use crate::scenes;
 use anyhow::Context;
 use charcloth::scene::LengthUnit;
 use charcloth::simulation::Simulation;
-use charcloth_io::importers::{MeshReport, UNITS, inspect};
+use charcloth_io::importers::{MeshReport, UNITS, coarse, inspect};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::fmt::Write;
@@ -115,8 +115,8 @@ fn describe(report: &MeshReport, asked: bool) -> String {
     line("texture", describe_uv(report.uv.map(|ends| ends.map(|uv| uv.to_array()))));
     let painted: Vec<&str> = mesh.painted.keys().map(String::as_str).collect();
     line("painted", if painted.is_empty() { "nothing".to_owned() } else { painted.join(", ") });
-    for remark in &mesh.remarks {
-        line("note", remark.clone());
+    for remark in mesh.remarks.iter().cloned().chain(coarse(mesh, 0)) {
+        line("note", remark);
     }
     text
 }

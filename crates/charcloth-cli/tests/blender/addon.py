@@ -1,4 +1,5 @@
-"""The add-on, installed from its archive, burns a plane in Blender without a window, and what it loads is the run.
+"""The add-on, installed from its archive, burns planes in Blender without a window, and what it loads is the run: one as a
+sketch, then one of a measured material, with flames and ash.
 
 Arguments: archive of the add-on, the charcloth program, a folder to write into.
 """
@@ -6,10 +7,12 @@ Arguments: archive of the add-on, the charcloth program, a folder to write into.
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
-from reading import attribute, check_frames, evaluated
+from mathutils import Vector
+from reading import attribute, cache_frame, check_frames, evaluated
 
 archive, program, folder = sys.argv[1:]
 
@@ -29,6 +32,9 @@ sheet = bpy.context.object
 sheet.name, sheet.scale = "letter", (0.6, 0.8, 1)
 sheet.vertex_groups.new(name="held").add([2, 3], 1.0, "REPLACE")
 settings = sheet.charcloth
+assert (settings.preset, settings.burn_level) == ("copy_paper_80", 2), "measured paper unless another is chosen"
+settings.preset = "film"
+assert settings.burn_level == 0 and np.isclose(settings.spacing, 0.0035), "spacing goes with the material"
 settings.folder, settings.pin = folder, "held"
 settings.frame_start, settings.frame_end = START, START + 24
 settings.spacing = 0.005
@@ -66,12 +72,66 @@ addon.preferences.program = "/nowhere/charcloth"
 fails("preferences")
 addon.preferences.program = program
 
+
+
+class Layout:
+    """Takes what panels draw where there is no window, and looks whether it is there to be drawn."""
+
+    drawn: list[str] = []
+
+    def prop(self, data: bpy.types.PropertyGroup, name: str, **_: object) -> None:
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(name)
+
+    def prop_search(self, data: bpy.types.PropertyGroup, name: str, there: object, names: str, **_: object) -> None:
+        assert hasattr(there, names)
+        self.prop(data, name)
+
+    def operator(self, name: str, **_: object) -> None:
+        bpy.ops.charcloth.__getattr__(name.removeprefix("charcloth.")).get_rna_type()
+        self.drawn.append(name)
+
+    def label(self, text: str = "", **_: object) -> None:
+        self.drawn.append(text)
+
+    def progress(self, **_: object) -> None:
+        self.drawn.append("progress")
+
+    def row(self, **_: object) -> "Layout":
+        return self
+
+    column = row
+
+
+def draw_panels() -> list[str]:
+    """Draws all panels of the active object, and says what is on them."""
+    Layout.drawn = []
+    for kind in sys.modules["bl_ext.user_default.charcloth.panel"].CLASSES:
+        if kind.poll(bpy.context):
+            panel = SimpleNamespace(layout=Layout(), fill=lambda layout, sheet, kind=kind: kind.fill(None, layout, sheet))
+            kind.draw(panel, bpy.context)
+    return Layout.drawn
+
+
+bpy.context.view_layer.objects.active = sheet
+drawn = draw_panels()
+assert {"preset", "pin", "wind", "table", "obstacles", "spacing", "charcloth.burn"} <= set(drawn), drawn
+assert not {"flames", "speed", "noburn"} & set(drawn), "sketches have no flames"
+assert any("was not found" in words for words in drawn), "what went wrong last stands in the panel"
+settings.preset = "denim"
+assert {"flames", "voxel", "speed", "noburn"} <= set(draw_panels()), Layout.drawn
+settings.preset, settings.spacing = "film", 0.005
+bpy.context.view_layer.objects.active = spark
+assert draw_panels() == ["frame", "length", "temperature"]
+
 # As with a window: the job is looked at from time to time, cancelled in mid-run, and gone on with.
 operators = sys.modules["bl_ext.user_default.charcloth.operators"]
 settings.frame_end = START + 1000
 job = operators.start(sheet, scene, resume=False)
 while not job.frame and not job.poll():
     operators.show(sheet, job)
+    bpy.context.view_layer.objects.active = sheet
+    assert "progress" in draw_panels() and "charcloth.cancel" in Layout.drawn
     time.sleep(0.02)
 bpy.context.view_layer.objects.active = sheet
 bpy.ops.charcloth.cancel()
@@ -111,7 +171,7 @@ assert np.isclose(there[:, 2].max(), 0.08, atol=1e-5)
 assert attribute(last, "char").max() > 0.9 and fresh < 0.6
 
 nodes = {(node.bl_idname, getattr(node, "attribute_name", "")) for node in burnt.data.materials[0].node_tree.nodes}
-for name in ("char", "burn", "kelvin", "rest"):
+for name in ("char", "ash", "kelvin", "rest"):
     assert ("ShaderNodeAttribute", name) in nodes, name
 assert ("ShaderNodeBlackbody", "") in nodes
 assert np.array_equal(attribute(last, "kelvin"), attribute(last, "temperature"))
@@ -182,4 +242,78 @@ assert ((red > 1.3 * blue) & (red > 0.1)).sum() > 8, "scorch and glow"
 bpy.context.view_layer.objects.active = sheet
 bpy.ops.charcloth.unload()
 assert settings.burnt is None and not sheet.hide_get() and not bpy.data.cache_files
-print("SOUND", faces)
+
+# Newsprint with flames and ash, over a table and beside a box. It hangs 1 cm over the table, 50 x 60 mm.
+LAST = 16
+bpy.ops.mesh.primitive_cube_add(size=0.2, location=(2, 2, 0.2))
+box = bpy.context.object
+bpy.ops.mesh.primitive_plane_add(size=1, rotation=(np.pi / 2, 0, 0), location=(0, 0, 0.4))
+sheet = bpy.context.object
+sheet.name, sheet.scale = "news", (0.5, 0.6, 1)
+sheet.vertex_groups.new(name="held").add([2, 3], 1.0, "REPLACE")
+sheet.vertex_groups.new(name="keep").add([2, 3], 0.8, "REPLACE")
+settings = sheet.charcloth
+settings.preset = "newsprint_45"
+settings.folder, settings.pin, settings.noburn = folder, "held", "keep"
+settings.frame_start, settings.frame_end, settings.voxel = START, START + LAST, 0.003
+settings.table, settings.obstacles = True, bpy.data.collections.new("Things")
+settings.obstacles.objects.link(box)
+scene.cursor.location = (-0.25, 0, 0.1)
+bpy.ops.charcloth.add_spark()
+assert burn() == {"FINISHED"}, settings.message
+run = Path(folder) / "news" / "run"
+check_frames(settings.burnt, run, START, LAST, reads="all")
+burnt, ash, fire = settings.burnt, settings.ash, settings.fire
+assert (burnt.type, ash.type, fire.type) == ("MESH", "POINTCLOUD", "VOLUME")
+shed = burning = 0
+for number in range(LAST + 1):
+    frame, _, _ = cache_frame(run, number)
+    scene.frame_set(START + number)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    # Each particle is a scrap where the cache has it, as large as it was sheet, and moves as it did.
+    geometry = ash.evaluated_get(depsgraph).evaluated_geometry()
+    scraps = geometry.mesh
+    count = len(frame["particle_mass"])
+    corners = len(scraps.vertices) if scraps else 0
+    assert corners == 8 * count, (number, corners, count)
+    if count:
+        radius = np.sqrt(frame["particle_area"] / np.pi)
+        middle = attribute(scraps, "position").reshape(count, 8, 3).mean(1)
+        assert (np.linalg.norm(middle - frame["particle_position"], axis=1) < 0.6 * radius + 1e-6).all(), number
+        assert np.allclose(attribute(scraps, "kelvin").reshape(count, 8)[:, 0], frame["particle_temperature"])
+        assert len(attribute(scraps, "velocity")) == corners, "blurred by its motion"
+    shed = max(shed, count)
+    # Flames are those of the frame, around what burns and above it.
+    flames = fire.evaluated_get(depsgraph)
+    assert Path(flames.data.grids.frame_filepath).name == f"flames_{number:05}.vdb", flames.data.grids.frame_filepath
+    assert flames.data.grids.load()
+    roots = frame["position"][(frame["burn_rate"] > 0) & (frame["flame"] > 0)] / METRES
+    if len(roots):
+        there = np.array([flames.matrix_world @ Vector(corner) for corner in flames.bound_box])
+        assert (there.min(0) <= roots.min(0)).all() and (there.max(0) >= roots.max(0)).all(), number
+        assert (there.max(0) < roots.max(0) + (0.5, 0.5, 2.0)).all(), (there, roots.max(0))
+        burning += 1
+assert shed > 0 and burning > LAST // 2, (shed, burning)
+fresh, _, _ = cache_frame(run, 0)
+end, _, _ = cache_frame(run, LAST)
+assert end["noburn"].max() == 1 and not end["charred"][end["noburn"] == 1].any()
+text = (Path(folder) / "news" / "scene.toml").read_text()
+assert 'material = "newsprint_45"' in text and text.count("[[obstacle]]") == 2, text
+
+scene.frame_set(START + LAST)
+scene.camera.location = (0, -1.6, 0.7)
+# So early it is small; the number to turn makes it plain.
+strength = next(node for node in fire.data.materials[0].node_tree.nodes if node.label == "Strength")
+strength.outputs[0].default_value *= 10
+burnt.hide_render = ash.hide_render = True
+fire.hide_render = True
+dark = picture()
+fire.hide_render = False
+red, green, blue = np.moveaxis(picture() - dark, 2, 0)
+shining = red > 0.2
+assert shining.sum() > 20 and (red >= green)[shining].all() and (green >= blue)[shining].all(), "fire is red to yellow"
+
+bpy.context.view_layer.objects.active = sheet
+bpy.ops.charcloth.unload()
+assert not bpy.data.volumes and not bpy.data.pointclouds and not bpy.data.cache_files
+print("SOUND", faces, shed, burning)

@@ -72,10 +72,16 @@ def check_frames(thing: bpy.types.Object, run: Path, start: int, last: int, read
                 "origin_weights": frame["origin_weights"][nodes],
             }.items():
                 assert np.allclose(attribute(mesh, name), values, atol=1e-5), (number, name)
+            values = frame["ashed"][nodes]
+            assert np.allclose(attribute(mesh, "ash"), values, atol=1e-5), number
             for name in ("char", "age", "alive", "displayColor"):
                 assert len(attribute(mesh, name)) == len(nodes), (number, name)
             for name in ("piece", "source_face", "sheet"):
                 values = frame[f"triangle_{name}"][frame["triangle_alive"] == 1]
+                assert np.array_equal(attribute(mesh, name), values), (number, name)
+            pieces = frame["triangle_piece"][frame["triangle_alive"] == 1]
+            for name in ("piece_parent", "piece_birth", "piece_mass", "piece_area", "piece_temperature"):
+                values = frame[name][pieces].astype(np.int32 if name == "piece_parent" else np.float32)
                 assert np.array_equal(attribute(mesh, name), values), (number, name)
         counts.append(len(corners))
     return counts

@@ -10,21 +10,21 @@ const CHAR: [f64; 3] = [18.0, 16.0, 15.0];
 /// Celsius and is brown before it takes fire at about 230.
 const SCORCH: [f64; 2] = [420.0, 540.0];
 
-/// Colour of a node, sRGB 0 to 255: white paper, brown by the highest temperature [K] it has seen, black by the
-/// fraction of its fuel that is gone.
-pub fn display_color(peak_temperature: f64, burnt: f64) -> [u8; 3] {
+/// Colour of a node, sRGB 0 to 255: white paper, brown by the highest temperature [K] it has seen, black by how far it
+/// has turned to char, 0 to 1.
+pub fn display_color(peak_temperature: f64, charred: f64) -> [u8; 3] {
     let scorched = scorched(peak_temperature);
-    let burnt = burnt.clamp(0.0, 1.0);
+    let charred = charred.clamp(0.0, 1.0);
     std::array::from_fn(|k| {
         let paper = PAPER[k] + (SCORCHED[k] - PAPER[k]) * scorched;
-        (paper + (CHAR[k] - paper) * burnt).round() as u8
+        (paper + (CHAR[k] - paper) * charred).round() as u8
     })
 }
 
 /// How dark a node has become: 0 white paper, one half scorched brown, 1 char.
-pub fn darkness(peak_temperature: f64, burnt: f64) -> f64 {
+pub fn darkness(peak_temperature: f64, charred: f64) -> f64 {
     let brown = 0.5 * scorched(peak_temperature);
-    brown + (1.0 - brown) * burnt.clamp(0.0, 1.0)
+    brown + (1.0 - brown) * charred.clamp(0.0, 1.0)
 }
 
 fn scorched(peak_temperature: f64) -> f64 {

@@ -1,6 +1,8 @@
 //! Frames out, to files that other programs open. One file a format.
 
 mod abc;
+mod abc_points;
+mod abc_samples;
 mod glb;
 mod gltf;
 mod listing;
@@ -19,6 +21,8 @@ mod twin;
 mod twin_obj;
 mod usd;
 mod usd_crate;
+mod usd_points;
+mod usd_samples;
 mod usd_twin;
 mod usdz;
 mod vat;

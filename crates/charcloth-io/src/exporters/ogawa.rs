@@ -18,6 +18,7 @@ const NO_METADATA: u32 = 0;
 pub(super) enum Pod {
     Uint32 = 5,
     Int32 = 6,
+    Uint64 = 7,
     Float32 = 10,
     Float64 = 11,
 }
@@ -42,6 +43,15 @@ pub(super) struct Property {
 pub(super) enum Item {
     Property(Property),
     Compound { name: &'static str, metadata: u32, items: Vec<Item> },
+}
+
+/// What stands below the top of the tree.
+#[derive(Debug)]
+pub(super) struct Object {
+    pub name: &'static str,
+    /// Number of its metadata.
+    pub metadata: u32,
+    pub items: Vec<Item>,
 }
 
 /// Writes a .abc file.
@@ -153,27 +163,24 @@ impl<W: Write + Seek> OgawaWriter<W> {
         self.group(&children)
     }
 
-    /// Writes one object with its properties below the top, and ends the file. `start` and `step` are the time of the
+    /// Writes objects with their properties below the top, and ends the file. `start` and `step` are the time of the
     /// first frame and between frames [s]; `about` is the metadata of the archive.
-    pub fn finish(
-        mut self,
-        name: &str,
-        metadata: u32,
-        items: &[Item],
-        [start, step]: [f64; 2],
-        about: &str,
-    ) -> io::Result<()> {
-        let frames = items.iter().map(sample_count).max().unwrap_or(0) as u32;
-        let properties = self.compound(items)?;
-        // Hashes of an object's properties and of its children, which readers compare with nothing but each other.
-        let (hash, no_children) = (self.hash, murmur(b""));
-        let heads = self.data(&[&hash, &no_children])?;
-        let object = self.group(&[properties, heads])?;
-        let mut heads = (name.len() as u32).to_le_bytes().to_vec();
-        heads.extend(name.bytes());
-        heads.push(metadata as u8);
-        let heads = self.data(&[&heads, &murmur(b""), &hash])?;
-        let top = self.group(&[EMPTY_GROUP, object, heads])?;
+    pub fn finish(mut self, objects: &[Object], [start, step]: [f64; 2], about: &str) -> io::Result<()> {
+        let frames = objects.iter().flat_map(|object| &object.items).map(sample_count).max().unwrap_or(0) as u32;
+        let (mut children, mut heads, mut hashes) = (vec![EMPTY_GROUP], Vec::new(), Vec::new());
+        for Object { name, metadata, items } in objects {
+            let properties = self.compound(items)?;
+            // Hashes of an object's properties and of its children, which readers compare with nothing but each other.
+            let (hash, no_children) = (murmur(&[&self.hash, name.as_bytes()].concat()), murmur(b""));
+            let own = self.data(&[&hash, &no_children])?;
+            children.push(self.group(&[properties, own])?);
+            heads.extend((name.len() as u32).to_le_bytes());
+            heads.extend(name.bytes());
+            heads.push(*metadata as u8);
+            hashes.extend(hash);
+        }
+        children.push(self.data(&[&heads, &murmur(b""), &murmur(&hashes)])?);
+        let top = self.group(&children)?;
 
         let file_version = self.data(&[&0u32.to_le_bytes()])?;
         let library_version = self.data(&[&10803u32.to_le_bytes()])?;

@@ -1,8 +1,9 @@
 //! Binary PLY, little endian: the living surface with every quantity of its nodes.
 //!
 //! Places are `x y z`, velocities `vx vy vz`, normals `nx ny nz`, texture coordinates `s t`; beside the columns of the
-//! tables stand `id` (the node), `burn` (fraction of the fuel that is gone), `age` (seconds since the node caught fire,
-//! -1 before) and a display colour. Particles, where there are any, go as points into a file beside it. A column added to a table is written without a change here.
+//! tables stand `id` (the node), the quantities that all formats have (`fuel`, `burn`, `char`...) and a display colour.
+//! Particles, where there are any, go as points into a file beside it. A column added to a table is written without a
+//! change here.
 
 use super::quantities::{ABOUT_ORIGIN_WEIGHTS, ORIGIN_WEIGHTS_BY_CORNER, ORIGINS, QUANTITIES, color};
 use super::surface::Surface;
@@ -19,6 +20,7 @@ const TRADE_NAMES: &[(&str, &[&str])] = &[
     ("velocity", &["vx", "vy", "vz"]),
     ("rest_position", &["rest_x", "rest_y", "rest_z"]),
     ("heat_released", &["heat"]),
+    ("fuel", &["fuel_mass"]),
 ];
 
 /// A property of the vertices: its header line, its unit, and how it goes into the file.
@@ -139,9 +141,10 @@ fn properties<'a>(frame: &'a Frame, surface: &'a Surface) -> Vec<Property<'a>> {
         let about = if k == 0 { ABOUT_ORIGIN_WEIGHTS } else { "" };
         add_float(&mut all, name, about, move |v| frame.origins.origin_weights[node(v)][k]);
     }
-    for name in ["burn", "age"] {
-        let quantity = QUANTITIES.iter().find(|quantity| quantity.name == name).expect("it is in the table");
-        add_float(&mut all, name, quantity.about, move |v| (quantity.value)(frame, node(v)));
+    for quantity in QUANTITIES {
+        if all.iter().all(|property| property.name != quantity.name) {
+            add_float(&mut all, quantity.name, quantity.about, move |v| (quantity.value)(frame, node(v)));
+        }
     }
     for (k, name) in ["red", "green", "blue"].into_iter().enumerate() {
         all.push(Property {

@@ -2,6 +2,7 @@
 
 use super::look::{darkness, display_color, linear};
 use charcloth::frame::Frame;
+use charcloth::sheet::NONE;
 
 /// A number that a node has in every frame.
 pub(super) struct Quantity {
@@ -23,6 +24,11 @@ pub(super) const QUANTITIES: &[Quantity] = &[
     },
     Quantity { name: "burn", about: "Fraction of the fuel that is gone, 0 to 1", value: burnt },
     Quantity { name: "char", about: "How dark the paper is: 0 white, 0.5 scorched brown, 1 char", value: char },
+    Quantity {
+        name: "ash",
+        about: "Fraction of the char that is gone to ash, 0 to 1",
+        value: |frame, i| frame.burn.ashed[i],
+    },
     Quantity { name: "age", about: "Time since the node caught fire, -1 before [s]", value: age },
 ];
 
@@ -39,7 +45,7 @@ pub(super) fn burnt(frame: &Frame, node: usize) -> f64 {
 
 /// How dark a node is, 0 to 1.
 pub(super) fn char(frame: &Frame, node: usize) -> f64 {
-    darkness(frame.burn.peak_temperature[node], burnt(frame, node))
+    darkness(frame.burn.peak_temperature[node], frame.burn.charred[node])
 }
 
 /// Time since a node caught fire, -1 before [s].
@@ -50,7 +56,7 @@ pub(super) fn age(frame: &Frame, node: usize) -> f64 {
 
 /// Colour of a node, sRGB.
 pub(super) fn color(frame: &Frame, node: usize) -> [u8; 3] {
-    display_color(frame.burn.peak_temperature[node], burnt(frame, node))
+    display_color(frame.burn.peak_temperature[node], frame.burn.charred[node])
 }
 
 /// Colour of a node, linear.
@@ -90,3 +96,93 @@ pub(super) const ORIGIN_WEIGHTS: &str = "origin_weights";
 pub(super) const ORIGIN_WEIGHTS_BY_CORNER: [&str; 3] = ["origin_weights_a", "origin_weights_b", "origin_weights_c"];
 /// What they are.
 pub(super) const ABOUT_ORIGIN_WEIGHTS: &str = "Barycentric weights of the three points of the input mesh";
+
+/// A quantity of a piece or particle, by its row.
+pub(super) struct Shed {
+    /// Name in files.
+    pub name: &'static str,
+    /// One sentence on what it is, with its unit.
+    pub about: &'static str,
+    /// Its value.
+    pub value: Value,
+}
+
+/// The value of a quantity of a piece or particle.
+pub(super) enum Value {
+    /// With a fraction.
+    Number(fn(&Frame, usize) -> f64),
+    /// The number of another row; [`NONE`] is -1 in files.
+    Whole(fn(&Frame, usize) -> u32),
+}
+
+/// What is known of each piece, beside its number. Faces refer to it by that number.
+pub(super) const PIECES: &[Shed] = &[
+    Shed {
+        name: "piece_parent",
+        about: "Piece that it came off, -1 for a sheet of the start",
+        value: Value::Whole(|frame, p| frame.pieces.parent.get(p).copied().unwrap_or(NONE)),
+    },
+    Shed {
+        name: "piece_birth",
+        about: "When it came off [s]",
+        value: Value::Number(|frame, p| row(&frame.pieces.birth, p)),
+    },
+    Shed { name: "piece_mass", about: "Its mass [kg]", value: Value::Number(|frame, p| row(&frame.pieces.mass, p)) },
+    Shed {
+        name: "piece_area",
+        about: "Its area at rest [m2]",
+        value: Value::Number(|frame, p| row(&frame.pieces.area, p)),
+    },
+    Shed {
+        name: "piece_temperature",
+        about: "Its mean temperature [K]",
+        value: Value::Number(|frame, p| row(&frame.pieces.temperature, p)),
+    },
+];
+
+/// Pieces that a frame has, or names.
+pub(super) fn piece_count(frame: &Frame) -> usize {
+    let named = frame.triangles.piece.iter().zip(&frame.triangles.alive).filter(|(_, alive)| **alive != 0);
+    named.map(|(piece, _)| *piece as usize + 1).max().unwrap_or(0).max(frame.pieces.len())
+}
+
+/// What is known of each particle, beside place, velocity and number.
+pub(super) const PARTICLES: &[Shed] = &[
+    Shed { name: "parent", about: "Piece that it came off", value: Value::Whole(|frame, p| frame.particles.parent[p]) },
+    Shed { name: "birth", about: "When it came off [s]", value: Value::Number(|frame, p| frame.particles.birth[p]) },
+    Shed {
+        name: "age",
+        about: "Time since it came off [s]",
+        value: Value::Number(|frame, p| frame.time - frame.particles.birth[p]),
+    },
+    Shed { name: "mass", about: "Mass [kg]", value: Value::Number(|frame, p| frame.particles.mass[p]) },
+    Shed {
+        name: "area",
+        about: "Area of sheet that it was, at rest [m2]",
+        value: Value::Number(|frame, p| frame.particles.area[p]),
+    },
+    Shed {
+        name: "temperature",
+        about: "Mean temperature [K]",
+        value: Value::Number(|frame, p| frame.particles.temperature[p]),
+    },
+    Shed {
+        name: "lies",
+        about: "1 once it lies on something",
+        value: Value::Whole(|frame, p| u32::from(frame.particles.lies[p])),
+    },
+];
+
+/// Diameter of a disc of an area [m].
+pub(super) fn disc_width(area: f64) -> f64 {
+    2.0 * (area.max(0.0) / std::f64::consts::PI).sqrt()
+}
+
+/// Colour of char, linear.
+pub(super) fn linear_char() -> [f32; 3] {
+    display_color(0.0, 1.0).map(linear)
+}
+
+fn row(column: &[f64], number: usize) -> f64 {
+    column.get(number).copied().unwrap_or(0.0)
+}

@@ -21,8 +21,8 @@ pub struct Sequence<'a> {
     done: usize,
     /// Triangles of the first frame; later ones must have as many at least.
     triangles: usize,
-    /// Time and places of the frame before, and the frame after, for mean velocities.
-    before: Option<(f64, Vec<DVec3>)>,
+    /// Time and places of nodes and particles of the frame before, and the frame after, for mean velocities.
+    before: Option<(f64, Vec<DVec3>, Vec<DVec3>)>,
     ahead: Option<Frame>,
     progress: &'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
 }
@@ -141,19 +141,41 @@ impl<'a> Sequence<'a> {
         Ok(Some(frame))
     }
 
-    /// Replaces the velocities of a frame by the mean ones from the frame before to the frame after, as far as the
-    /// nodes are there; a node without either keeps its own.
+    /// Replaces the velocities of a frame by the mean ones from the frame before to the frame after, as far as
+    /// nodes and particles are there; one without either keeps its own.
     fn average_velocities(&mut self, frame: &mut Frame) {
-        for i in 0..frame.motion.len() {
-            let here = (frame.time, frame.motion.position[i]);
-            let before = self.before.as_ref().and_then(|(time, places)| Some((*time, *places.get(i)?)));
-            let after = self.ahead.as_ref().and_then(|frame| Some((frame.time, *frame.motion.position.get(i)?)));
-            let ((from, start), (to, end)) = (before.unwrap_or(here), after.unwrap_or(here));
-            if to > from {
-                frame.motion.velocity[i] = (end - start) / (to - from);
-            }
+        let (before, ahead) = (self.before.as_ref(), self.ahead.as_ref());
+        average(
+            &mut frame.motion.velocity,
+            (frame.time, &frame.motion.position),
+            before.map(|(time, nodes, _)| (*time, nodes.as_slice())),
+            ahead.map(|frame| (frame.time, frame.motion.position.as_slice())),
+        );
+        average(
+            &mut frame.particles.velocity,
+            (frame.time, &frame.particles.position),
+            before.map(|(time, _, particles)| (*time, particles.as_slice())),
+            ahead.map(|frame| (frame.time, frame.particles.position.as_slice())),
+        );
+        self.before = Some((frame.time, frame.motion.position.clone(), frame.particles.position.clone()));
+    }
+}
+
+/// Mean velocities [m/s] between what is known of times [s] and places [m] at them. Rows are names.
+fn average(
+    velocity: &mut [DVec3],
+    (time, here): (f64, &[DVec3]),
+    before: Option<(f64, &[DVec3])>,
+    after: Option<(f64, &[DVec3])>,
+) {
+    for i in 0..velocity.len() {
+        let at = |frame: Option<(f64, &[DVec3])>| {
+            frame.and_then(|(time, places)| Some((time, *places.get(i)?))).unwrap_or((time, here[i]))
+        };
+        let ((from, start), (to, end)) = (at(before), at(after));
+        if to > from {
+            velocity[i] = (end - start) / (to - from);
         }
-        self.before = Some((frame.time, frame.motion.position.clone()));
     }
 }
 

@@ -1,15 +1,20 @@
 //! OpenUSD: the living surface of all frames as one mesh with time samples in one .usdc file.
 //!
 //! Topology changes from frame to frame, so `velocities` [m/s] carry motion blur where the points of two frames do not
-//! match. A value that is the same as in the frame before is not written again: a sheet that does not tear has its
-//! faces once. Texture coordinates stand once, and each frame says which it uses.
+//! match. Texture coordinates and what is known of each piece stand once a piece or coordinate, and faces say which.
+//! Particles are points beside the mesh.
 
 use super::look::{display_color, linear};
-use super::quantities::{ABOUT_ORIGIN_WEIGHTS, ORIGIN_WEIGHTS, ORIGINS, QUANTITIES, linear_color};
+use super::quantities::{
+    ABOUT_ORIGIN_WEIGHTS, ORIGIN_WEIGHTS, ORIGINS, PIECES, QUANTITIES, Value as Of, disc_width, linear_color,
+    piece_count,
+};
 use super::sequence::Sequence;
 use super::surface::Shape;
 use super::twin::Twin;
 use super::usd_crate::{CrateWriter, Prim, Property, Value};
+use super::usd_points::Points;
+use super::usd_samples::{Array, Attribute, Track};
 use crate::error::IoError;
 use crate::files::{Durability, write_streamed};
 use charcloth::frame::Frame;
@@ -19,9 +24,10 @@ use std::collections::HashMap;
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// What all prims stand below, the mesh, and its material.
+/// What all prims stand below, the mesh, the points, and the material of the mesh.
 const TOP: &str = "charcloth";
 const SHEET: &str = "sheet";
+const PARTICLES: &str = "particles";
 const MATERIAL: &str = "paper";
 
 /// Writes `sheet.usdc` into a folder.
@@ -45,34 +51,12 @@ pub(super) fn write_file(sequence: &mut Sequence<'_>, twin: Option<&Twin>, path:
     })
 }
 
-/// The values of an attribute, frame by frame.
-struct Samples {
-    name: String,
-    type_name: &'static str,
-    /// "vertex" for one a point, "uniform" for one a face; empty where that goes without saying.
-    interpolation: &'static str,
-    about: String,
-    values: Vec<Value>,
-    /// What the last value was written from.
-    last: Array,
-}
-
-/// An array as it goes into the file.
-#[derive(PartialEq)]
-enum Array {
-    Ints(Vec<i32>),
-    Floats(Vec<[f32; 1]>),
-    Float3(Vec<[f32; 3]>),
-}
-
-/// Name, type, interpolation, description and values of an attribute in a frame.
-type Attribute = (String, &'static str, &'static str, String, Array);
-
 /// The mesh, with the frames so far.
 #[derive(Default)]
 struct Sheet {
     times: Vec<f64>,
-    samples: Vec<Samples>,
+    track: Track,
+    particles: Points,
     /// All texture coordinates that were ever used, numbered.
     uv: Vec<[f32; 2]>,
     uv_numbers: HashMap<[u32; 2], i32>,
@@ -98,20 +82,9 @@ impl Sheet {
                 self.arrays(frame, &shape, &places, None)
             }
         };
-        for (k, (name, type_name, interpolation, about, array)) in arrays.into_iter().enumerate() {
-            if k == self.samples.len() {
-                let (values, last) = (Vec::new(), Array::Ints(Vec::new()));
-                self.samples.push(Samples { name, type_name, interpolation, about, values, last });
-            }
-            let samples = &mut self.samples[k];
-            let value = match (samples.values.last(), &array) {
-                (Some(value), array) if *array == samples.last => *value,
-                (_, Array::Ints(values)) => file.ints(values)?,
-                (_, Array::Floats(values)) => file.floats(values)?,
-                (_, Array::Float3(values)) => file.floats(values)?,
-            };
-            samples.values.push(value);
-            samples.last = array;
+        self.track.add(file, arrays)?;
+        if twin.is_none() {
+            self.particles.add(file, frame)?;
         }
         self.times.push(f64::from(frame.number));
         Ok(())
@@ -143,63 +116,69 @@ impl Sheet {
             })
         });
         let uv_numbers = Array::Ints(uv_numbers.collect());
-        let mut all: Vec<Attribute> = vec![
-            ("points".into(), "point3f[]", "", "Places [m]".into(), points),
-            ("velocities".into(), "vector3f[]", "", "Velocities [m/s]".into(), velocities),
-            ("normals".into(), "normal3f[]", "vertex", String::new(), node_rows(&|i| normals[i])),
-            ("extent".into(), "float3[]", "", String::new(), Array::Float3(extent(places).to_vec())),
-            ("faceVertexCounts".into(), "int[]", "", String::new(), Array::Ints(vec![3; shape.faces.len()])),
-            (
-                "faceVertexIndices".into(),
-                "int[]",
-                "",
-                String::new(),
-                Array::Ints(shape.faces.iter().flatten().map(|v| *v as i32).collect()),
-            ),
-            ("primvars:st:indices".into(), "int[]", "", String::new(), uv_numbers),
-            (
-                "primvars:displayColor".into(),
-                "color3f[]",
-                "vertex",
-                "Paper white by brown to black".into(),
-                Array::Float3(shape.nodes.iter().map(|i| linear_color(frame, *i as usize)).collect()),
-            ),
+        let corners = shape.faces.iter().flatten().map(|v| *v as i32).collect();
+        let colors = shape.nodes.iter().map(|i| linear_color(frame, *i as usize)).collect();
+        let mut all = vec![
+            Attribute::plain("points", "point3f[]", "Places [m]", points),
+            Attribute::plain("velocities", "vector3f[]", "Velocities [m/s]", velocities),
+            Attribute {
+                interpolation: "vertex",
+                ..Attribute::plain("normals", "normal3f[]", "", node_rows(&|i| normals[i]))
+            },
+            Attribute::plain("extent", "float3[]", "", Array::Float3(extent(places, &[]).to_vec())),
+            Attribute::plain("faceVertexCounts", "int[]", "", Array::Ints(vec![3; shape.faces.len()])),
+            Attribute::plain("faceVertexIndices", "int[]", "", Array::Ints(corners)),
+            Attribute::plain("primvars:st:indices", "int[]", "", uv_numbers),
+            Attribute::primvar("displayColor", "vertex", "Paper white by brown to black", Array::Float3(colors))
+                .typed("color3f[]"),
         ];
         for quantity in QUANTITIES {
-            let name = format!("primvars:{}", quantity.name);
             let values = shape.nodes.iter().map(|i| [(quantity.value)(frame, *i as usize) as f32]).collect();
-            all.push((name, "float[]", "vertex", quantity.about.to_string(), Array::Floats(values)));
+            all.push(Attribute::primvar(quantity.name, "vertex", quantity.about, Array::Floats(values)));
         }
         let rest = node_rows(&|i| motion.rest_position[i]);
-        all.push(("primvars:rest".into(), "point3f[]", "vertex", "Place in the stress-free sheet [m]".into(), rest));
+        all.push(Attribute::primvar("rest", "vertex", "Place in the stress-free sheet [m]", rest).typed("point3f[]"));
         let weights = node_rows(&|i| frame.origins.origin_weights[i]);
-        let name = format!("primvars:{ORIGIN_WEIGHTS}");
-        all.push((name, "float3[]", "vertex", ABOUT_ORIGIN_WEIGHTS.into(), weights));
+        all.push(Attribute::primvar(ORIGIN_WEIGHTS, "vertex", ABOUT_ORIGIN_WEIGHTS, weights));
         for origin in ORIGINS {
             let values = node_ints(&|i| (origin.value)(frame, i));
-            all.push((format!("primvars:{}", origin.name), "int[]", "vertex", origin.about.into(), values));
+            all.push(Attribute::primvar(origin.name, "vertex", origin.about, values));
         }
-        let whole: [(_, &str, _); 3] = [
-            ("primvars:id", "Number of the node, the same in all frames", node_ints(&|i| i as u32)),
-            ("primvars:source", "Point of the input mesh the node comes from", node_ints(&|i| motion.source[i])),
-            ("primvars:alive", "1 while the node belongs to the surface", alive),
+        let whole = [
+            ("id", "Number of the node, the same in all frames", node_ints(&|i| i as u32)),
+            ("source", "Point of the input mesh the node comes from", node_ints(&|i| motion.source[i])),
+            ("alive", "1 while the node belongs to the surface", alive),
         ];
-        all.extend(whole.map(|(name, about, array)| (name.to_string(), "int[]", "vertex", about.into(), array)));
-        let faces: [(_, &str, _); 3] = [
-            ("primvars:piece", "Connected piece; 0 is the largest, flakes count up", face_ints(&triangles.piece)),
-            ("primvars:source_face", "Face of the input mesh", face_ints(&triangles.source_face)),
-            ("primvars:sheet", "Shell of the input mesh", face_ints(&triangles.sheet)),
+        all.extend(whole.map(|(name, about, array)| Attribute::primvar(name, "vertex", about, array)));
+        let faces = [
+            ("piece", "Connected piece; 0 is the largest, flakes count up", face_ints(&triangles.piece)),
+            ("source_face", "Face of the input mesh", face_ints(&triangles.source_face)),
+            ("sheet", "Shell of the input mesh", face_ints(&triangles.sheet)),
         ];
-        all.extend(faces.map(|(name, about, array)| (name.to_string(), "int[]", "uniform", about.into(), array)));
+        all.extend(faces.map(|(name, about, array)| Attribute::primvar(name, "uniform", about, array)));
+        // A value a piece, and each face says which: its number.
+        let count = piece_count(frame);
+        for quantity in PIECES {
+            let array = match quantity.value {
+                Of::Number(value) => Array::Floats((0..count).map(|p| [value(frame, p) as f32]).collect()),
+                Of::Whole(value) => Array::Ints((0..count).map(|p| value(frame, p) as i32).collect()),
+            };
+            all.push(Attribute::primvar(quantity.name, "uniform", quantity.about, array));
+            let indices = format!("primvars:{}:indices", quantity.name);
+            all.push(Attribute::plain(&indices, "int[]", "", Array::SameAs("primvars:piece")));
+        }
         all
     }
 }
 
-/// Lowest and highest corner of the box around some places [m].
-fn extent(places: &[Vec3]) -> [[f32; 3]; 2] {
-    let bounds = places.iter().fold(None, |bounds: Option<(Vec3, Vec3)>, p| {
-        Some(bounds.map_or((*p, *p), |(low, high)| (low.min(*p), high.max(*p))))
-    });
+/// Lowest and highest corner of the box around some places [m], each as wide as a disc of its area [m2].
+pub(super) fn extent(places: &[Vec3], areas: &[f64]) -> [[f32; 3]; 2] {
+    let mut bounds: Option<(Vec3, Vec3)> = None;
+    for (k, place) in places.iter().enumerate() {
+        let half = Vec3::splat(areas.get(k).map_or(0.0, |area| 0.5 * disc_width(*area) as f32));
+        let (low, high) = bounds.unwrap_or((*place - half, *place + half));
+        bounds = Some((low.min(*place - half), high.max(*place + half)));
+    }
     let (low, high) = bounds.unwrap_or_default();
     [low.to_array(), high.to_array()]
 }
@@ -207,22 +186,7 @@ fn extent(places: &[Vec3]) -> [[f32; 3]; 2] {
 /// The tree of prims around the samples.
 fn stage<W: Write + Seek>(file: &mut CrateWriter<W>, sheet: &Sheet, sequence: &Sequence<'_>) -> io::Result<Prim> {
     let times = file.times(&sheet.times)?;
-    let mut properties = Vec::new();
-    for samples in &sheet.samples {
-        // What never changes has no samples: readers then know that it does not, most of all the faces.
-        let value = match samples.values.as_slice() {
-            [only, rest @ ..] if rest.iter().all(|value| value == only) => ("default", *only),
-            values => ("timeSamples", file.time_samples(times, values)?),
-        };
-        let mut fields = vec![("typeName", file.token(samples.type_name)), value];
-        if !samples.interpolation.is_empty() {
-            fields.push(("interpolation", file.token(samples.interpolation)));
-        }
-        if !samples.about.is_empty() {
-            fields.push(("documentation", file.string(&samples.about)));
-        }
-        properties.push(attribute(&samples.name, fields));
-    }
+    let mut properties = sheet.track.properties(file, times)?;
     let st = file.floats(&sheet.uv)?;
     let fields =
         vec![("typeName", file.token("texCoord2f[]")), ("default", st), ("interpolation", file.token("faceVarying"))];
@@ -244,12 +208,17 @@ fn stage<W: Write + Seek>(file: &mut CrateWriter<W>, sheet: &Sheet, sequence: &S
         properties,
         children: Vec::new(),
     };
+    let mut children = vec![mesh];
+    if sheet.particles.any {
+        children.push(sheet.particles.prim(file, PARTICLES, times)?);
+    }
+    children.push(material(file)?);
     let top = Prim {
         name: TOP.to_string(),
         type_name: "Xform",
         fields: vec![("kind", file.token("component"))],
         properties: Vec::new(),
-        children: vec![mesh, material(file)?],
+        children,
     };
     let meta = sequence.meta();
     let about =

@@ -31,6 +31,7 @@ const COMPRESSED: u64 = 1 << 61;
 pub(super) enum Kind {
     Bool = 1,
     Int = 3,
+    Int64 = 5,
     Float = 8,
     Double = 9,
     String = 10,
@@ -231,6 +232,16 @@ impl<W: Write + Seek> CrateWriter<W> {
             values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
         }
         Ok(Value::new(Kind::Int, ARRAY | if compressed { COMPRESSED } else { 0 }, self.place(&bytes)?))
+    }
+
+    /// An array of whole numbers of 64 bits, not compressed.
+    pub fn long_ints(&mut self, values: &[i64]) -> io::Result<Value> {
+        if values.is_empty() {
+            return Ok(Value::new(Kind::Int64, ARRAY, 0));
+        }
+        let mut bytes = (values.len() as u64).to_le_bytes().to_vec();
+        values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        Ok(Value::new(Kind::Int64, ARRAY, self.place(&bytes)?))
     }
 
     /// The times that samples are of, in frames; written once and shared by all attributes.

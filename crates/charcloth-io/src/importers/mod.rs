@@ -18,7 +18,7 @@ mod usd_layer;
 mod usd_text;
 
 pub use raw::RawMesh;
-pub use report::{MeshReport, Shell, UNITS, inspect, likely_unit};
+pub use report::{MeshReport, Shell, UNITS, coarse, inspect, likely_unit};
 
 use crate::error::IoError;
 use charcloth::mesh::SurfaceMesh;

@@ -61,11 +61,17 @@ pub(super) fn read(path: &Path) -> Result<RawMesh, IoError> {
     if bytes.is_empty() {
         return Err(IoError::content(path, "the file is empty", "export the mesh again"));
     }
-    let damaged = |error: ParseError| IoError::Content {
-        path: path.to_path_buf(),
-        line: error.line(),
-        problem: format!("not a sound PLY file ({error})"),
-        hint: "it may be cut short; export it again".to_string(),
+    let damaged = |error: ParseError| {
+        // The line is said before, and what stands below the first one is for programmers.
+        let words = error.to_string();
+        let words = words.lines().next().unwrap_or_default();
+        let words = words.split_once(": ").filter(|(at, _)| at.starts_with("Line ")).map_or(words, |(_, rest)| rest);
+        IoError::Content {
+            path: path.to_path_buf(),
+            line: error.line(),
+            problem: format!("not a sound PLY file ({})", words.trim_end_matches('.')),
+            hint: "it may be cut short; export it again".to_string(),
+        }
     };
     let mut reader = Reader::new(bytes.as_slice());
     let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(damaged)?;

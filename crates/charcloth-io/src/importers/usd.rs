@@ -145,6 +145,10 @@ fn raw_mesh(layer: &Layer, prim: &Prim) -> Result<RawMesh, String> {
     if prim.attributes.get("points").is_some_and(|points| points.is_animated) {
         mesh.remarks.push("the mesh is animated: its first time sample was taken".to_string());
     }
+    let scheme = prim.attributes.get("subdivisionScheme").and_then(|a| a.value.as_ref()?.text());
+    if let Some(scheme) = scheme.filter(|scheme| *scheme != "none") {
+        mesh.remarks.push(format!("it is a subdivision surface ({scheme}): its cage is what burns"));
+    }
     let is_left_handed =
         prim.attributes.get("orientation").and_then(|a| a.value.as_ref()?.text()) == Some("leftHanded");
     // A mirror turns faces over as well.

@@ -3,7 +3,7 @@
 use super::diagnostic::{Diagnostic, SceneError};
 use super::tree::{Node, Place};
 use super::{Case, File, Origin};
-use crate::importers::{UNITS, likely_unit};
+use crate::importers::{UNITS, coarse, likely_unit};
 use crate::material_file::{self, MATERIALS};
 use crate::mesh_sequence;
 use charcloth::material::Material;
@@ -63,6 +63,12 @@ impl Case {
             if let Some(mesh) = read_mesh(&format!("obstacle.{row}.mesh"), &obstacle.mesh, obstacle.unit)? {
                 inputs.obstacles.insert(obstacle.mesh.clone().unwrap_or_default(), mesh);
             }
+            if let (Some(files), Some(base)) = (&obstacle.files, &obstacle.mesh) {
+                let key = format!("obstacle.{row}.files");
+                let failed = |problem| SceneError::from(Diagnostic { problem, ..point(&key) });
+                let sequence = loader.motion(Path::new(files), Path::new(base), obstacle.unit).map_err(failed)?;
+                inputs.obstacle_motions.insert(files.clone(), sequence);
+            }
         }
         // Taken out of the meshes, so that nothing is said twice.
         for mesh in inputs.mesh.iter_mut().chain(&mut inputs.rest_mesh).chain(inputs.obstacles.values_mut()) {
@@ -72,6 +78,8 @@ impl Case {
             // The importer has its doubts about the size, too; here it is known what to try.
             warnings.retain(|remark| !remark.contains("sheet.unit"));
             warnings.insert(0, warning);
+        } else if let Some(mesh) = inputs.mesh.as_ref().filter(|_| !scene.ignite.is_empty()) {
+            warnings.extend(coarse(mesh, scene.sheet.burn_level));
         }
         for (key, path) in image_paths(&mut scene.clone()) {
             if !inputs.images.contains_key(path) {
@@ -195,8 +203,10 @@ pub(super) fn make_paths_absolute(scene: &mut Scene, tree: &Node, folder: &Path)
         }
     }
     for (row, obstacle) in scene.obstacle.iter_mut().enumerate() {
-        if let Some(path) = &mut obstacle.mesh {
-            absolute(&format!("obstacle.{row}.mesh"), path);
+        for (key, path) in [("mesh", &mut obstacle.mesh), ("files", &mut obstacle.files)] {
+            if let Some(path) = path {
+                absolute(&format!("obstacle.{row}.{key}"), path);
+            }
         }
     }
     for (key, path) in image_paths(scene) {

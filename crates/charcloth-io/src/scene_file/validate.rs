@@ -462,13 +462,19 @@ fn contact(scene: &Scene, findings: &mut Findings) {
                 findings.positive(&key("size"), least, "[\"0.3 m\", \"20 mm\", \"0.3 m\"]");
             }
             ObstacleShape::Mesh if obstacle.mesh.is_none() => {
-                let hint = "add `mesh = \"file.obj\"`";
+                let hint = "add `mesh = \"file.obj\"`, or `files = \"folder\"` for one that is animated";
                 findings.add(format!("obstacle.{row}"), "this obstacle is a mesh, but no file is named", hint);
             }
             ObstacleShape::Mesh => {}
         }
         if obstacle.shape != ObstacleShape::Mesh && obstacle.mesh.is_some() {
             findings.add(key("mesh"), "this mesh would not be used", "add `shape = \"mesh\"`");
+        }
+        if obstacle.shape != ObstacleShape::Mesh && obstacle.files.is_some() {
+            findings.add(key("files"), "these meshes would not be used", "add `shape = \"mesh\"`");
+        }
+        if !(obstacle.fps > 0.0 && obstacle.fps.is_finite()) {
+            findings.add(key("fps"), format!("{} is no number of meshes a second", obstacle.fps), "write 24");
         }
         if obstacle.shape != ObstacleShape::Plane && obstacle.normal.is_some() {
             findings.add(key("normal"), "only a plane has a normal", "use `rotate`");

@@ -4,6 +4,7 @@ Arguments: folder of the run, .abc file. The scene is z-up, Alembic y-up.
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 from alembic3d import Abc, AbcGeom
@@ -11,7 +12,8 @@ from alembic3d import Abc, AbcGeom
 run, path = sys.argv[1:]
 archive = Abc.IArchive(path)
 top = archive.getTop()
-assert top.getNumChildren() == 1
+shed = any(len(np.load(frame)["particle_mass"]) for frame in Path(f"{run}/cache").glob("frame_*.npz"))
+assert [top.getChild(k).getName() for k in range(top.getNumChildren())] == ["sheet", "particles"][: 1 + shed]
 mesh = AbcGeom.IPolyMesh(top.getChild(0), Abc.WrapExistingFlag.kWrapExisting)
 schema = mesh.getSchema()
 assert schema.getTopologyVariance() == AbcGeom.MeshTopologyVariance.kHeterogenousTopology
@@ -42,7 +44,8 @@ def parameter(name, k):
 origins = {"origin_face", "origin_a", "origin_b", "origin_c"}
 weights = {f"origin_weights_{corner}" for corner in "abc"}
 whole = {"id", "source", "alive", "piece", "source_face", "sheet"} | origins
-assert names == whole | {"temperature", "fuel", "burn", "char", "age", "Cd", "rest"} | weights, names
+pieces = {f"piece_{name}" for name in ("parent", "birth", "mass", "area", "temperature")}
+assert names == whole | {"temperature", "fuel", "burn", "char", "ash", "age", "Cd", "rest"} | weights | pieces, names
 for k in range(count):
     frame = np.load(f"{run}/cache/frame_{k:05}.npz")
     assert abs(sampling.getSampleTime(k) - frame["time"]) < 1e-9
@@ -72,4 +75,29 @@ for k in range(count):
         weights = parameter(f"origin_weights_{name[-1]}", k).astype(np.float32)
         assert np.array_equal(weights, frame["origin_weights"][nodes, column])
     assert np.array_equal(parameter("piece", k), frame["triangle_piece"][alive])
+    for name in sorted(pieces):
+        compound = Abc.ICompoundProperty(parameters, name)
+        array = Abc.IInt32ArrayProperty if name == "piece_parent" else Abc.IFloatArrayProperty
+        values = np.array(list(array(compound, ".vals").getValue(at(k))))
+        indices = np.array(list(Abc.IUInt32ArrayProperty(compound, ".indices").getValue(at(k))))
+        expected = frame[name].astype(np.int32) if name == "piece_parent" else frame[name]
+        assert np.array_equal(values.astype(expected.dtype), expected) and np.array_equal(indices, frame["triangle_piece"][alive]), name
+
+if shed:
+    points = AbcGeom.IPoints(top.getChild(1), Abc.WrapExistingFlag.kWrapExisting)
+    schema = points.getSchema()
+    parameters = schema.getArbGeomParams()
+    whole = {"parent", "lies"}
+    assert schema.getNumSamples() == count
+    for k in range(count):
+        frame = np.load(f"{run}/cache/frame_{k:05}.npz")
+        sample = schema.getValue(at(k))
+        number = len(frame["particle_mass"])
+        assert np.array_equal(vectors(sample.getPositions()), turned(frame["particle_position"]))
+        assert np.array_equal(vectors(sample.getVelocities()), turned(frame["particle_velocity"]))
+        assert np.array_equal(np.array(list(sample.getIds()), int), np.arange(number))
+        widths = np.array(list(schema.getWidthsParam().getExpandedValue(at(k)).getVals()))
+        assert np.allclose(np.pi / 4 * widths**2, frame["particle_area"], rtol=1e-5)
+        for name in ("parent", "birth", "mass", "area", "temperature", "lies"):
+            assert np.array_equal(parameter(name, k).astype(np.float32), frame[f"particle_{name}"].astype(np.float32)), name
 print("SOUND", count, "frames")

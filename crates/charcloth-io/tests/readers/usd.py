@@ -71,12 +71,18 @@ for time in times:
     assert np.allclose(there, frame["rest_position"][nodes], atol=1e-7)
     for name in ("piece", "source_face", "sheet"):
         assert np.array_equal(primvar(name, "uniform"), frame[f"triangle_{name}"][alive]), name
+    # What is known of a piece stands once a piece; flattened it stands at each of its faces.
+    pieces = frame["triangle_piece"][alive]
+    for name in ("parent", "birth", "mass", "area", "temperature"):
+        values = frame[f"piece_{name}"].astype(np.int32 if name == "parent" else np.float32)
+        assert np.array_equal(primvar(f"piece_{name}", "uniform"), values[pieces]), name
+        assert len(primvars.GetPrimvar(f"piece_{name}").Get(time)) == len(values)
     left = frame["fuel"][nodes] / frame["fuel_initial"][nodes]
     assert np.allclose(primvar("fuel", "vertex"), left, atol=1e-6)
     assert np.allclose(primvar("burn", "vertex"), 1 - left, atol=1e-6)
     lit = frame["ignited_at"][nodes]
     assert np.allclose(primvar("age", "vertex"), np.where(lit < 0, -1, frame["time"] - lit), atol=1e-6)
-    for name in ("char", "displayColor", "alive"):
+    for name in ("char", "ash", "displayColor", "alive"):
         values = primvar(name, "vertex")
         assert len(values) == len(nodes) and values.min() >= 0 and values.max() <= 1, name
     assert len(mesh.GetNormalsAttr().Get(time)) == len(nodes)
@@ -84,6 +90,33 @@ for time in times:
     assert np.array_equal(points.min(0), low) and np.array_equal(points.max(0), high)
     faces_seen.add(len(counts))
 assert len(faces_seen) > 2, "the sheet does not tear"
+
+# Particles are points, in all frames if in one.
+shed = [np.load(f"{run}/cache/frame_{int(time):05}.npz") for time in times]
+prim = stage.GetDefaultPrim().GetChild("particles")
+assert bool(prim) == any(len(frame["particle_mass"]) for frame in shed)
+for time, frame in zip(times, shed if prim else []):
+    points = UsdGeom.Points(prim)
+    places = np.array(points.GetPointsAttr().Get(time)).reshape(-1, 3)
+    count = len(frame["particle_mass"])
+    assert np.array_equal(places, frame["particle_position"])
+    assert np.array_equal(np.array(points.GetVelocitiesAttr().Get(time)).reshape(-1, 3), frame["particle_velocity"])
+    assert np.array_equal(points.GetIdsAttr().Get(time), np.arange(count))
+    widths = np.array(points.GetWidthsAttr().Get(time))
+    assert points.GetWidthsInterpolation() == "vertex"
+    assert np.allclose(np.pi / 4 * widths**2, frame["particle_area"], rtol=1e-5)
+    primvars = UsdGeom.PrimvarsAPI(points)
+    for name in ("parent", "birth", "mass", "area", "temperature", "lies"):
+        values = primvars.GetPrimvar(name)
+        assert values.GetInterpolation() == "vertex"
+        assert np.array_equal(values.Get(time), frame[f"particle_{name}"]), name
+    assert np.allclose(primvars.GetPrimvar("age").Get(time), frame["time"] - frame["particle_birth"], atol=1e-6)
+    assert np.array_equal(primvars.GetPrimvar("id").Get(time), np.arange(count))
+    assert len(primvars.GetPrimvar("displayColor").Get(time)) == count
+    low, high = points.GetExtentAttr().Get(time)
+    if count:
+        half = widths[:, None] / 2
+        assert np.allclose(low, (places - half).min(0), atol=1e-6) and np.allclose(high, (places + half).max(0), atol=1e-6)
 # The default is the topology of no frame: whoever asks without a time must get nothing rather than half of it.
 assert mesh.GetPointsAttr().Get() is None
 print("SOUND", len(times), "frames", faces_seen)

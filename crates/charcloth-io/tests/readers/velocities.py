@@ -21,4 +21,10 @@ for k, time in enumerate(times):
     nodes = nodes[there]
     mean = (after["position"][nodes] - before["position"][nodes]) / (after["time"] - before["time"])
     assert np.allclose(np.array(mesh.GetVelocitiesAttr().Get(time))[there], mean, atol=1e-4), time
+prim = stage.GetDefaultPrim().GetChild("particles")
+for k, time in enumerate(times if prim else []):
+    before, after = frames[max(k - 1, 0)], frames[min(k + 1, len(frames) - 1)]
+    count = len(before["particle_mass"])
+    mean = (after["particle_position"][:count] - before["particle_position"]) / (after["time"] - before["time"])
+    assert np.allclose(np.array(UsdGeom.Points(prim).GetVelocitiesAttr().Get(time))[:count].reshape(-1, 3), mean, atol=1e-4), time
 print("SOUND")

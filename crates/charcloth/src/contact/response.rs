@@ -169,8 +169,8 @@ impl Response {
         arrival.clear();
         speed.clear();
         for solid in &scenery.solids {
-            for point in &solid.points {
-                let (from, to) = (solid.motion.place(*point, before), solid.motion.place(*point, after));
+            for point in 0..solid.points.len() {
+                let (from, to) = (solid.place(point, before), solid.place(point, after));
                 start.push(from);
                 arrival.push(to);
                 speed.push((to - from) / (after - before));

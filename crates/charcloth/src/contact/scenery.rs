@@ -1,9 +1,10 @@
-//! Solid things that sheets meet: planes, and closed or open surfaces that move in one piece.
+//! Solid things that sheets meet: planes, and closed or open surfaces that move in one piece or as they are animated.
 //!
 //! Spheres and boxes become triangles, so that everything but a plane is met by one code: edges and corners of the sheet
 //! and of the obstacle alike. Places are functions of time alone.
 
 use crate::error::Error;
+use crate::motion::MeshSequence;
 use crate::scene::{Axis, Obstacle, ObstacleShape, Scene};
 use crate::simulation::Inputs;
 use glam::{DMat3, DQuat, DVec3};
@@ -79,7 +80,18 @@ impl Plane {
     }
 }
 
-/// A surface that moves in one piece.
+/// How the points of a surface are animated, before it moves as a whole.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Course {
+    /// Its points over time, as they stand in the scene.
+    pub sequence: MeshSequence,
+    /// Meshes a second.
+    pub fps: f64,
+    /// When the first is due [s].
+    pub start: f64,
+}
+
+/// A surface that moves in one piece, or bends as well.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Solid {
     /// Its points at the start [m].
@@ -88,8 +100,21 @@ pub struct Solid {
     pub triangles: Vec<[u32; 3]>,
     /// How it moves.
     pub motion: Motion,
+    /// How it is animated, where it does more than that.
+    pub course: Option<Course>,
     /// Coefficient of friction.
     pub friction: f64,
+}
+
+impl Solid {
+    /// Where a point of it is at a time [m].
+    pub fn place(&self, point: usize, time: f64) -> DVec3 {
+        let own = match &self.course {
+            Some(Course { sequence, fps, start }) => sequence.at(point, sequence.place(time, *start, *fps))[0],
+            None => self.points[point],
+        };
+        self.motion.place(own, time)
+    }
 }
 
 /// Everything solid in a scene.
@@ -141,8 +166,16 @@ impl Scenery {
                 ObstacleShape::Box => block(DVec3::from_array(obstacle.size.map(|q| 0.5 * q.0))),
                 _ => mesh(obstacle, row, inputs)?,
             };
-            let points = points.into_iter().map(|p| turn * p + origin).collect();
-            scenery.solids.push(Solid { points, triangles, motion, friction });
+            let put = |points: Vec<DVec3>| points.into_iter().map(|p| turn * p + origin).collect();
+            let course = match &obstacle.files {
+                Some(files) => {
+                    let mut sequence = animated(files, points.len(), row, inputs)?;
+                    sequence.meshes = sequence.meshes.into_iter().map(put).collect();
+                    Some(Course { sequence, fps: obstacle.fps, start: obstacle.start.0 })
+                }
+                None => None,
+            };
+            scenery.solids.push(Solid { points: put(points), triangles, motion, course, friction });
         }
         Ok(scenery)
     }
@@ -161,6 +194,17 @@ fn mesh(obstacle: &Obstacle, row: usize, inputs: &Inputs) -> Result<(Vec<DVec3>,
     })?;
     mesh.validate()?;
     Ok((mesh.positions.clone(), mesh.triangles.clone()))
+}
+
+fn animated(files: &str, points: usize, row: usize, inputs: &Inputs) -> Result<MeshSequence, Error> {
+    let key = format!("obstacle.{row}.files");
+    let sequence = inputs.obstacle_motions.get(files).ok_or_else(|| {
+        Error::scene(&*key, format!("{files} was not read"), "read it and hand it over in Inputs::obstacle_motions")
+    })?;
+    if sequence.meshes.is_empty() || sequence.meshes.iter().any(|mesh| mesh.len() != points) {
+        return Err(Error::scene(key, "the sequence does not fit its mesh", "give meshes of the same points"));
+    }
+    Ok(sequence.clone())
 }
 
 /// A box about the origin.

@@ -72,6 +72,20 @@ pub struct Forces {
     pub force: Vec<DVec3>,
     /// Drag against all motion of the node, taken implicitly: force = -drag v [N s/m].
     pub drag: Vec<f64>,
+    /// Mass of the air that has to go along with the node, and has no weight [kg]; for integrators that know it.
+    pub air_mass: Vec<f64>,
+}
+
+impl Forces {
+    /// Nothing acts on any of so many nodes.
+    pub fn clear(&mut self, nodes: usize) {
+        self.force.clear();
+        self.force.resize(nodes, DVec3::ZERO);
+        for numbers in [&mut self.drag, &mut self.air_mass] {
+            numbers.clear();
+            numbers.resize(nodes, 0.0);
+        }
+    }
 }
 
 /// Derivatives of the forces on each node by its own position and velocity.

@@ -29,6 +29,8 @@ const NEWTON_IN_CONTACT: usize = 60;
 const FORESIGHT: usize = 5;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
+/// How many times a step that is not solved is halved at most.
+const MOST_HALVED: u32 = 4;
 /// Factor on estimated eigenvalues past which the solver gives up.
 const MOST_CAUTION: f32 = 10.0;
 /// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
@@ -45,8 +47,6 @@ struct Implicit {
     matrix: StepMatrix,
     multigrid: Multigrid,
     linear: ConjugateGradients,
-    /// Whether the step has yet to estimate the eigenvalues of the levels.
-    fresh: bool,
     fixed: Vec<bool>,
     mass: Vec<f64>,
     drag: Vec<f64>,
@@ -67,6 +67,10 @@ struct Implicit {
     honest: Vec<DVec3>,
     /// The correction that can be followed the farthest.
     best: Vec<DVec3>,
+    /// Whether the step has yet to estimate the largest eigenvalue of its matrix.
+    fresh: bool,
+    /// Whether a linear system of the step was not solved.
+    lost: bool,
     /// The correction that a solution goes on from.
     known: Vec<DVec3>,
     correction: Vec<DVec3>,
@@ -90,7 +94,6 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         matrix: StepMatrix::default(),
         multigrid: Multigrid::default(),
         linear: ConjugateGradients::default(),
-        fresh: true,
         fixed: Vec::new(),
         mass: Vec::new(),
         drag: Vec::new(),
@@ -107,6 +110,8 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
         outer: Vec::new(),
         honest: Vec::new(),
         best: Vec::new(),
+        fresh: true,
+        lost: false,
         known: Vec::new(),
         correction: Vec::new(),
         sums: Vec::new(),
@@ -121,7 +126,7 @@ pub fn build(scene: &Scene) -> Box<dyn Integrator> {
 impl Integrator for Implicit {
     fn advance(&mut self, state: &mut SheetState, step: &Step<'_>) -> Advanced {
         let substeps = step.substeps.unwrap_or(1).max(1);
-        let mut report = Advanced { substeps, ..Advanced::default() };
+        let mut report = Advanced::default();
         if self.topology != Some(step.topology) {
             self.lay_out(state);
             self.topology = Some(step.topology);
@@ -134,17 +139,8 @@ impl Integrator for Implicit {
         let parallel = step.parallel && state.motion.len() >= PARALLEL_FROM;
         for substep in 0..substeps {
             let dt = step.dt / f64::from(substeps);
-            let h = self.look_back(state, dt);
-            if let Some(contact) = &mut self.contact {
-                let time = state.books.time[0] + f64::from(substep) * dt;
-                contact.begin(&state.motion.position, [time, time + dt]);
-            }
-            self.solve(h, parallel, &mut report);
-            if let Some(contact) = &mut self.contact {
-                report.passed_through += contact.passed_through();
-                report.stalled |= !contact.has_arrived();
-            }
-            self.store(state, dt);
+            let time = state.books.time[0] + f64::from(substep) * dt;
+            self.stride(state, [time, dt], MOST_HALVED, parallel, &mut report);
         }
         report.broken = self.break_springs(state, step);
         report.strain_max = strain_max(state);
@@ -255,7 +251,7 @@ impl Implicit {
     fn load(&mut self, state: &SheetState, step: &Step<'_>) {
         let count = state.motion.len();
         self.mass.clear();
-        self.mass.extend((0..count).map(|i| state.mass(i)));
+        self.mass.extend((0..count).map(|i| state.mass(i) + step.forces.air_mass[i]));
         self.drag.clear();
         self.drag.extend_from_slice(&step.forces.drag);
         self.push.copy_from_slice(&step.forces.force);
@@ -268,6 +264,34 @@ impl Implicit {
                 self.push[j] += along * drag;
             }
         }
+    }
+
+    /// Goes from a time on by a step [s], in two halves where it is not solved whole, and so on so many times.
+    fn stride(
+        &mut self,
+        state: &mut SheetState,
+        [time, dt]: [f64; 2],
+        halvings: u32,
+        parallel: bool,
+        report: &mut Advanced,
+    ) {
+        let h = self.look_back(state, dt);
+        if let Some(contact) = &mut self.contact {
+            contact.begin(&state.motion.position, [time, time + dt]);
+        }
+        let solved = self.solve(h, parallel, report) && self.contact.as_ref().is_none_or(Response::has_arrived);
+        if !solved && halvings > 0 {
+            for start in [time, time + 0.5 * dt] {
+                self.stride(state, [start, 0.5 * dt], halvings - 1, parallel, report);
+            }
+            return;
+        }
+        report.stalled |= !solved;
+        report.substeps += 1;
+        if let Some(contact) = &mut self.contact {
+            report.passed_through += contact.passed_through();
+        }
+        self.store(state, dt);
     }
 
     /// Eq. 12.8: the step as one of implicit Euler, from a mixture of the last two states and so much shorter [s].
@@ -295,8 +319,9 @@ impl Implicit {
         dt * length
     }
 
-    /// Finds the velocity at the end of a step of implicit Euler.
-    fn solve(&mut self, h: f64, parallel: bool, report: &mut Advanced) {
+    /// Finds the velocity at the end of a step of implicit Euler. Returns whether it has been found.
+    fn solve(&mut self, h: f64, parallel: bool, report: &mut Advanced) -> bool {
+        self.lost = false;
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
@@ -356,20 +381,19 @@ impl Implicit {
                 length *= 0.5;
             }
             if !fell {
-                report.stalled |= gain > still;
                 self.candidate.copy_from_slice(&self.speed);
                 self.energy(h, damping, parallel);
-                return;
+                return gain <= still && !self.lost;
             }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {
                 contact.go(&self.position, length);
             }
             if length == 1.0 && !carried && gain <= (newton * first_gain.max(scale)).max(still) {
-                return;
+                return !self.lost;
             }
         }
-        report.stalled = true;
+        false
     }
 
     /// Takes the first guess back to where nothing has yet passed through anything.
@@ -462,7 +486,7 @@ impl Implicit {
         self.fresh = false;
         report.iterations[1] += iterations as u32;
         // What is left of it is no step that anyone asked for.
-        report.stalled |= iterations >= LINEAR;
+        self.lost |= iterations >= LINEAR;
         if near {
             for i in 0..self.residual.len() {
                 self.correction[i] += self.known[i];

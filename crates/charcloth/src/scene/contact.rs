@@ -66,6 +66,13 @@ pub struct Obstacle {
     pub size: Point,
     /// Mesh file (OBJ, PLY, STL, glTF, USD), relative to the scene file.
     pub mesh: Option<String>,
+    /// A folder of numbered meshes, or their path with one `*` in the place of the number, relative to the scene file: the
+    /// obstacle bends as they do. Its mesh is the first of them, unless `mesh` gives it.
+    pub files: Option<String>,
+    /// Meshes a second.
+    pub fps: f64,
+    /// When the first of them is due.
+    pub start: Time,
     /// What length the mesh file counts in.
     pub unit: LengthUnit,
     /// Turned about x, then y, then z.
@@ -91,6 +98,9 @@ impl Default for Obstacle {
             radius: Length(0.05),
             size: [Length(0.1); 3],
             mesh: None,
+            files: None,
+            fps: 24.0,
+            start: Time(0.0),
             unit: LengthUnit::default(),
             rotate: [Angle(0.0); 3],
             velocity: [Speed(0.0); 3],

@@ -144,9 +144,14 @@ pub fn by_block_rows<T: Send>(
 }
 
 /// Runs `work(row, one output, the other)` over rows.
-pub fn by_row_pairs<T: Send>(a: &mut [T], b: &mut [T], parallel: bool, work: impl Fn(usize, &mut T, &mut T) + Sync) {
+pub fn by_row_pairs<T: Send, U: Send>(
+    a: &mut [T],
+    b: &mut [U],
+    parallel: bool,
+    work: impl Fn(usize, &mut T, &mut U) + Sync,
+) {
     let rows = ROWS_A_TASK;
-    let part = |first: usize, a: &mut [T], b: &mut [T]| {
+    let part = |first: usize, a: &mut [T], b: &mut [U]| {
         for (k, (a, b)) in a.iter_mut().zip(b).enumerate() {
             work(first + k, a, b);
         }
@@ -177,37 +182,6 @@ pub fn sum_by_rows(
         sums.iter_mut().enumerate().for_each(|(task, sum)| part(task, sum));
     }
     sums.iter().sum()
-}
-
-/// The rows of `A x` from `first` on, in single precision: blocks and ties. Several sums at once, for an addition takes
-/// longer than what it adds.
-pub fn multiply_rows(
-    pattern: &Pattern,
-    blocks: &[Mat3A],
-    ties: &Pattern,
-    tie: &[f32],
-    x: &[Vec3A],
-    first: usize,
-    y: &mut [Vec3A],
-) {
-    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], ties: &Pattern, tie: &[f32], x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
-        for (k, y) in y.iter_mut().enumerate() {
-            let row = ties.row(first + k);
-            let mut sums = [Vec3A::ZERO; 4];
-            let (columns, values) = (&ties.column[row.clone()], &tie[row]);
-            let (fours, rest) = columns.as_chunks::<4>();
-            let (four_values, rest_of_values) = values.as_chunks::<4>();
-            for (columns, values) in fours.iter().zip(four_values) {
-                for lane in 0..4 {
-                    sums[lane] += x[columns[lane] as usize] * values[lane];
-                }
-            }
-            for (column, value) in rest.iter().zip(rest_of_values) {
-                sums[0] += x[*column as usize] * *value;
-            }
-            *y = block_row_times(pattern, blocks, x, first + k) + ((sums[0] + sums[1]) + (sums[2] + sums[3]));
-        }
-    });
 }
 
 /// One row of `A x` in single precision.

@@ -1,30 +1,37 @@
-//! Smoothed-aggregation multigrid for the matrices of implicit steps: a preconditioner in single precision.
+//! Smoothed-aggregation multigrid for the matrices of implicit steps: a preconditioner whose cycles are in single precision.
 //!
-//! Model: aggregates of neighbouring nodes become the nodes of the next level; piecewise constant prolongation, smoothed
-//! by one step of damped Jacobi; Galerkin products; Chebyshev smoothing. Source: [Vanek1996]; for cloth [Tamstorf2015].
-//! The patterns of all levels follow from the topology alone and are kept until it changes; the values are new in every
-//! step, for springs go slack and taut. Cost: set-up about three products with the matrix, a cycle about six.
+//! Model: aggregates of neighbouring nodes become the nodes of the next level, each a rigid body; prolongation smoothed by
+//! one step of damped Jacobi; Galerkin products; Chebyshev smoothing. Source: [Vanek1996]; for cloth [Tamstorf2015].
+//! A sheet's mass is often under the seventh digit of its stiffness. So products are taken of differences: what a node
+//! is off the rigid motion of its neighbour; and what such a motion itself meets, mass and pins, stands apart as the
+//! `ground` of a node, worked out in double precision. The patterns of all levels follow from the topology alone and are kept until
+//! it changes. Cost: set-up about three products with the matrix, a cycle about six.
+
+mod direct;
+mod transfer;
 
 use super::StepMatrix;
-use super::blocks::{Pattern, block_row_times, by_block_rows, by_row_pairs, by_rows, multiply_rows, on_widest_unit};
-use super::galerkin::{Blocks, Row, add_product, product_row, restricted_row};
-use glam::{DVec3, Mat3A, Vec3A};
+use super::blocks::{Pattern, by_block_rows, by_row_pairs, by_rows, on_widest_unit};
+use super::galerkin::{Blocks, Row, Wide, finest_product_row, product_row, restricted_row};
+use direct::Direct;
+use glam::{DMat3, DVec3, Mat3A, Vec3A};
+use transfer::{Transfer, add_rows, aggregates};
 
 /// No aggregate: the node is fixed.
 const NONE: u32 = u32::MAX;
-/// Rows at and under which a level is solved directly.
+/// Rows at and under which a level is the coarsest.
 const DIRECT: usize = 48;
 /// Degree of the Chebyshev smoother before and after the coarse correction.
 const DEGREE: usize = 2;
-/// Iterations that estimate the largest eigenvalue of the finest level, and of the others, where they are cheap.
-const POWER_FINEST: usize = 8;
-const POWER: usize = 20;
-/// The same from the vector of the last estimate on.
-const POWER_AGAIN: usize = 3;
-/// Factor over estimates from below. // tuned: 1.05 to 1.3
-pub const CAUTION: f32 = 1.15;
+/// Steps of Lanczos that estimate the largest eigenvalue of a level. // tuned: 5 to 12
+const LANCZOS: usize = 7;
+/// Factor over estimates. // tuned: 1.0 to 1.2
+pub const CAUTION: f32 = 1.05;
 /// Smallest eigenvalue that smoothing aims at, as a part of the largest.
 const SMOOTHED: f32 = 1.0 / 8.0;
+/// Least ground of a row, as a part of its stiffness, that single precision tells from nothing. What has less is taken to have
+/// as much by the smoother; the coarsening goes by what it has. // tuned: some roundings of 6e-8, 2e-7 to 1e-6
+const TOLD: f64 = 4e-7;
 
 /// One level. Its nodes have one row each on the finest (a displacement), two on all others (a displacement and a
 /// rotation).
@@ -37,6 +44,10 @@ struct Level {
     reach: f32,
     pattern: Pattern,
     blocks: Vec<Mat3A>,
+    /// The same in double precision, on all levels but the finest, where the matrix itself has them.
+    exact: Vec<Wide>,
+    /// What a rigid motion of a node and all around it meets: a block for each row of the node and kind of motion.
+    ground: Vec<Mat3A>,
     /// Numbers that tie nodes in all directions alike, on the finest level only.
     ties: Pattern,
     tie: Vec<f32>,
@@ -50,8 +61,6 @@ struct Level {
     residual: Vec<Vec3A>,
     step: Vec<Vec3A>,
     image: Vec<Vec3A>,
-    /// Close to the eigenvector of the largest eigenvalue.
-    roughest: Vec<Vec3A>,
     transfer: Option<Transfer>,
 }
 
@@ -62,42 +71,11 @@ enum Of {
     Solution,
 }
 
-/// From a level to the next.
-struct Transfer {
-    aggregate: Vec<u32>,
-    /// Number of nodes of each aggregate.
-    size: Vec<f32>,
-    /// How a rotation of the aggregate moves each row.
-    tentative: Vec<Mat3A>,
-    /// Where the displacement of a row's own aggregate stands among the row's blocks of the prolongation.
-    own: Vec<u8>,
-    /// Prolongation.
-    pattern: Pattern,
-    blocks: Vec<Mat3A>,
-    /// Where the displacement of the aggregate of each block's column stands among the row's blocks of the prolongation.
-    smoothed_at: Vec<u8>,
-    /// The same for each tie.
-    tied_at: Vec<u8>,
-    /// Restriction: the transpose, with the block of the prolongation each stands for.
-    transposed: Pattern,
-    origin: Vec<u32>,
-    /// A times prolongation: pattern, values, and where each product goes within its row.
-    product: Pattern,
-    product_blocks: Vec<Mat3A>,
-    product_at: Vec<u16>,
-    first_product: Vec<u32>,
-    /// Where each product of restriction and that goes within its row.
-    coarse_at: Vec<u16>,
-    first_coarse: Vec<u32>,
-}
-
 /// The levels of a matrix.
 #[derive(Default)]
 pub struct Multigrid {
     levels: Vec<Level>,
-    /// Cholesky factor of the coarsest level, by rows.
-    factor: Vec<f32>,
-    scratch: Vec<f32>,
+    direct: Direct,
 }
 
 impl Multigrid {
@@ -118,6 +96,8 @@ impl Multigrid {
                 position: vec![Vec3A::ZERO; nodes],
                 diagonal,
                 blocks: vec![Mat3A::ZERO; pattern.blocks()],
+                exact: vec![Wide::ZERO; if rows_a_node == 1 { 0 } else { pattern.blocks() }],
+                ground: vec![Mat3A::ZERO; rows * rows_a_node],
                 tie: vec![0.0; ties.blocks()],
                 inverse_diagonal: vec![Mat3A::ZERO; rows],
                 right: vec![Vec3A::ZERO; rows],
@@ -125,7 +105,6 @@ impl Multigrid {
                 residual: vec![Vec3A::ZERO; rows],
                 step: vec![Vec3A::ZERO; rows],
                 image: vec![Vec3A::ZERO; rows],
-                roughest: vec![Vec3A::ZERO; rows],
                 pattern,
                 ties,
                 ..Level::default()
@@ -146,43 +125,41 @@ impl Multigrid {
             ties = Pattern::empty(pattern.rows());
             rows_a_node = 2;
         }
-        Self { levels, ..Self::default() }
+        let coarsest: &Level = levels.last().expect("there is a level");
+        let direct = Direct::lay_out(&coarsest.pattern, &coarsest.ties);
+        Self { levels, direct }
     }
 
     /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
-    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. Estimates are made anew where
-    /// `fresh`, as at the start of a step, and else follow from the last.
+    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. That of the finest level is estimated
+    /// anew where `fresh`, as at the start of a step, and else kept.
     pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
         let finest = &mut self.levels[0];
-        by_rows(&mut finest.blocks, parallel, |first, blocks| {
-            for (k, block) in blocks.iter_mut().enumerate() {
-                *block = matrix.blocks[first + k].as_mat3().into();
-            }
-        });
         finest.tie.iter_mut().zip(&matrix.tie).for_each(|(single, double)| *single = *double as f32);
         finest.position.iter_mut().zip(position).for_each(|(single, double)| *single = double.as_vec3a());
         for l in 0..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             let level = &mut fine[l];
-            let Level { inverse_diagonal, diagonal, blocks, .. } = level;
-            by_rows(inverse_diagonal, parallel, |first, inverse| {
-                for (k, inverse) in inverse.iter_mut().enumerate() {
-                    *inverse = blocks[diagonal[first + k] as usize].inverse();
-                }
-            });
-            let iterations = match (fresh, l) {
-                (false, _) => POWER_AGAIN,
-                (true, 0) => POWER_FINEST,
-                (true, _) => POWER,
-            };
-            level.largest = caution * level.largest_eigenvalue(fresh, iterations, parallel);
+            if l == 0 {
+                level.take_finest(matrix, parallel);
+            } else {
+                level.take_coarse(parallel);
+            }
+            if l > 0 || fresh {
+                level.largest = caution * level.largest_eigenvalue(parallel);
+            }
             if let (Some(next), Some(_)) = (coarse.first_mut(), &level.transfer) {
                 level.place_aggregates(next);
                 level.smooth_prolongation(parallel);
-                level.galerkin(&next.pattern, &mut next.blocks, parallel);
+                level.galerkin(matrix, &next.pattern, &mut next.exact, parallel);
             }
         }
-        self.factorise();
+        let Self { levels, direct } = self;
+        match levels.as_slice() {
+            [only] => direct.factorise(&only.pattern, |k| matrix.blocks[k].into(), &only.ties, |k| matrix.tie[k]),
+            [.., coarsest] => direct.factorise(&coarsest.pattern, |k| coarsest.exact[k], &coarsest.ties, |_| 0.0),
+            [] => unreachable!("there is a level"),
+        }
     }
 
     /// One V-cycle: an approximation of `A^-1 right`.
@@ -202,88 +179,30 @@ impl Multigrid {
         level.smooth(true, parallel);
         level.take_residual(parallel);
         let transfer = level.transfer.as_ref().expect("not the coarsest");
-        let Transfer { blocks, transposed, origin, .. } = transfer;
+        let Transfer { restriction, transposed, .. } = transfer;
         by_rows(&mut next.right, parallel, |first, right| {
-            restrict_rows(transposed, origin, blocks, &level.residual, first, right);
+            right.fill(Vec3A::ZERO);
+            add_rows(transposed, restriction, &level.residual, first, right);
         });
         self.descend(l + 1, parallel);
         let (fine, coarse) = self.levels.split_at_mut(l + 1);
         let (level, next) = (&mut fine[l], &coarse[0]);
         let transfer = level.transfer.as_ref().expect("not the coarsest");
         by_rows(&mut level.solution, parallel, |first, solution| {
-            prolongate_rows(&transfer.pattern, &transfer.blocks, &next.solution, first, solution);
+            add_rows(&transfer.pattern, &transfer.blocks, &next.solution, first, solution);
         });
         level.smooth(false, parallel);
     }
 
-    /// Cholesky factorisation of the coarsest matrix, dense; none where it is too large for that.
-    fn factorise(&mut self) {
-        let level = self.levels.last().expect("there is a level");
-        let nodes = level.pattern.rows();
-        self.factor.clear();
-        if nodes > 4 * DIRECT {
-            return;
-        }
-        let n = 3 * nodes;
-        self.factor.resize(n * n, 0.0);
-        self.scratch.resize(n, 0.0);
-        let factor = &mut self.factor;
-        for i in 0..nodes {
-            for k in level.pattern.row(i) {
-                let j = level.pattern.column[k] as usize;
-                let block = level.blocks[k].to_cols_array_2d();
-                for (c, column) in block.iter().enumerate() {
-                    for (r, value) in column.iter().enumerate() {
-                        factor[(3 * i + r) * n + 3 * j + c] = *value;
-                    }
-                }
-            }
-        }
-        for i in 0..n {
-            for j in 0..=i {
-                let (upper, lower) = factor.split_at_mut(i * n);
-                let row_i = &mut lower[..n];
-                let sum: f32 = if i == j {
-                    row_i[..j].iter().map(|v| v * v).sum()
-                } else {
-                    upper[j * n..j * n + j].iter().zip(&row_i[..j]).map(|(a, b)| a * b).sum()
-                };
-                let value = row_i[j] - sum;
-                row_i[j] = if i == j {
-                    // Rounding can leave nothing of a tiny pivot; its own size then stands in.
-                    value.max(1e-6 * row_i[j].abs()).max(f32::MIN_POSITIVE).sqrt()
-                } else {
-                    value / upper[j * n + j]
-                };
-            }
-        }
-    }
-
     fn solve_coarsest(&mut self, parallel: bool) {
         let level = self.levels.last_mut().expect("there is a level");
-        if self.factor.is_empty() {
+        if self.direct.leaves_some() {
             level.smooth(true, parallel);
             for _ in 0..8 {
                 level.smooth(false, parallel);
             }
-            return;
         }
-        let n = 3 * level.pattern.rows();
-        let (factor, x) = (&self.factor, &mut self.scratch);
-        for i in 0..n {
-            let sum: f32 = (0..i).map(|j| factor[i * n + j] * x[j]).sum();
-            x[i] = (level.right[i / 3][i % 3] - sum) / factor[i * n + i];
-        }
-        for i in (0..n).rev() {
-            x[i] /= factor[i * n + i];
-            let value = x[i];
-            for j in 0..i {
-                x[j] -= factor[i * n + j] * value;
-            }
-        }
-        for (k, solution) in level.solution.iter_mut().enumerate() {
-            *solution = Vec3A::new(x[3 * k], x[3 * k + 1], x[3 * k + 2]);
-        }
+        self.direct.solve(&level.right, &mut level.solution);
     }
 }
 
@@ -328,14 +247,137 @@ impl Level {
         }
     }
 
+    /// Takes over the blocks of the finest level; leaves rough forces in `residual`.
+    fn take_finest(&mut self, matrix: &StepMatrix, parallel: bool) {
+        let Self { pattern, ties, blocks, ground, inverse_diagonal, residual, .. } = self;
+        by_block_rows(pattern, blocks, parallel, |i, row| {
+            let exact = &matrix.blocks[pattern.row(i)];
+            row.iter_mut().zip(exact).for_each(|(single, double)| *single = double.as_mat3().into());
+        });
+        by_rows(residual, parallel, |first, rough| {
+            for (k, rough) in rough.iter_mut().enumerate() {
+                *rough = rough_force(&matrix.blocks[matrix.diagonal[first + k] as usize], first + k);
+            }
+        });
+        by_row_pairs(ground, inverse_diagonal, parallel, |i, ground, inverse| {
+            let tied: f64 = matrix.tie[ties.row(i)].iter().sum();
+            let sum: DMat3 = matrix.blocks[pattern.row(i)].iter().sum();
+            let exact = sum + DMat3::from_diagonal(DVec3::splat(tied));
+            let own = matrix.blocks[matrix.diagonal[i] as usize];
+            let more = what_is_untold(&exact, &own);
+            *ground = (exact + more).as_mat3().into();
+            *inverse = inverted(own + more);
+        });
+    }
+
+    /// The same of another level, from what double precision has of them.
+    fn take_coarse(&mut self, parallel: bool) {
+        let Self { pattern, blocks, exact, ground, inverse_diagonal, diagonal, position, reach, residual, .. } = self;
+        by_block_rows(pattern, blocks, parallel, |i, row| {
+            row.iter_mut().zip(&exact[pattern.row(i)]).for_each(|(single, double)| *single = double.single());
+        });
+        by_rows(residual, parallel, |first, rough| {
+            for (k, rough) in rough.iter_mut().enumerate() {
+                *rough = rough_force(&exact[diagonal[first + k] as usize].into(), first + k);
+            }
+        });
+        let grounds = ground.as_chunks_mut::<2>().0;
+        by_row_pairs(grounds, inverse_diagonal, parallel, |i, ground, inverse| {
+            let own = position[i / 2];
+            let [mut moves, mut turns] = [DMat3::ZERO; 2];
+            let blocks = exact[pattern.row(i)].as_chunks::<2>().0;
+            for (columns, blocks) in pattern.columns(i).as_chunks::<2>().0.iter().zip(blocks) {
+                let arm = (position[columns[0] as usize / 2] - own) / *reach;
+                let [along, about] = blocks.map(DMat3::from);
+                moves += along;
+                turns += along * turned(arm).as_dmat3() + about;
+            }
+            let stiffness = DMat3::from(exact[diagonal[i] as usize]);
+            let like = if i % 2 == 0 { &mut moves } else { &mut turns };
+            let more = what_is_untold(like, &stiffness);
+            *like += more;
+            *inverse = inverted(stiffness + more);
+            *ground = [moves, turns].map(|block| block.as_mat3().into());
+        });
+    }
+
     /// `image = A step`, or `A solution`.
     fn multiply(&mut self, of: Of, parallel: bool) {
-        let Self { pattern, blocks, ties, tie, solution, step, image, .. } = self;
+        let mut image = std::mem::take(&mut self.image);
         let x: &[Vec3A] = match of {
-            Of::Step => step,
-            Of::Solution => solution,
+            Of::Step => &self.step,
+            Of::Solution => &self.solution,
         };
-        by_rows(image, parallel, |first, image| multiply_rows(pattern, blocks, ties, tie, x, first, image));
+        by_rows(&mut image, parallel, |first, image| match self.rows_a_node {
+            1 => self.multiply_finest(x, first, image),
+            _ => self.multiply_bodies(x, first, image),
+        });
+        self.image = image;
+    }
+
+    /// Rows of `A x` from `first` on, of the finest level. Several sums at once, for an addition takes longer than what
+    /// it adds.
+    fn multiply_finest(&self, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+        let level = self;
+        on_widest_unit!((level: &Level, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+            let Level { pattern, blocks, ties, tie, ground, .. } = level;
+            for (k, y) in y.iter_mut().enumerate() {
+                let i = first + k;
+                let own = x[i];
+                let row = ties.row(i);
+                let mut tied = [Vec3A::ZERO; 4];
+                let (columns, values) = (&ties.column[row.clone()], &tie[row]);
+                let (fours, rest) = columns.as_chunks::<4>();
+                let (four_values, rest_of_values) = values.as_chunks::<4>();
+                for (columns, values) in fours.iter().zip(four_values) {
+                    for lane in 0..4 {
+                        tied[lane] += (x[columns[lane] as usize] - own) * values[lane];
+                    }
+                }
+                for (column, value) in rest.iter().zip(rest_of_values) {
+                    tied[0] += (x[*column as usize] - own) * *value;
+                }
+                let row = pattern.row(i);
+                let mut sums = [Vec3A::ZERO; 3];
+                for (j, block) in pattern.column[row.clone()].iter().zip(&blocks[row]) {
+                    add_image(&mut sums, block, x[*j as usize] - own);
+                }
+                add_image(&mut sums, &ground[i], own);
+                *y = ((sums[0] + sums[1]) + sums[2]) + ((tied[0] + tied[1]) + (tied[2] + tied[3]));
+            }
+        });
+    }
+
+    /// The same of another level, two rows a node.
+    fn multiply_bodies(&self, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+        let level = self;
+        on_widest_unit!((level: &Level, x: &[Vec3A], first: usize, y: &mut [Vec3A]) {
+            let Level { pattern, blocks, ground, position, reach, .. } = level;
+            for (k, y) in y.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+                let i = first / 2 + k;
+                let (moves, turns) = (x[2 * i], x[2 * i + 1]);
+                // The turn over the unit of turns: what it moves at a distance.
+                let turn = turns / *reach;
+                let [upper, lower] = [pattern.row(2 * i), pattern.row(2 * i + 1)];
+                let columns = pattern.column[upper.clone()].as_chunks::<2>().0;
+                let [upper, lower] = [upper, lower].map(|row| blocks[row].as_chunks::<2>().0);
+                let mut sums = [[Vec3A::ZERO; 3]; 2];
+                for ((columns, upper), lower) in columns.iter().zip(upper).zip(lower) {
+                    let j = columns[0] as usize / 2;
+                    let along = x[2 * j] - moves - turn.cross(position[j] - position[i]);
+                    let about = x[2 * j + 1] - turns;
+                    for (sums, blocks) in sums.iter_mut().zip([upper, lower]) {
+                        add_image(sums, &blocks[0], along);
+                        add_image(sums, &blocks[1], about);
+                    }
+                }
+                for (half, sums) in sums.iter_mut().enumerate() {
+                    add_image(sums, &ground[4 * i + 2 * half], moves);
+                    add_image(sums, &ground[4 * i + 2 * half + 1], turns);
+                    y[half] = (sums[0] + sums[1]) + sums[2];
+                }
+            }
+        });
     }
 
     /// `residual = right - A solution`.
@@ -349,35 +391,43 @@ impl Level {
         });
     }
 
-    /// Largest eigenvalue of D^-1 A by power iteration, from a fixed rough vector where `fresh`, else from the last one.
-    fn largest_eigenvalue(&mut self, fresh: bool, iterations: usize, parallel: bool) -> f32 {
-        let rough = |k: usize| (k.wrapping_mul(2_654_435_761) >> 7 & 0xff) as f32 / 128.0 - 1.0;
-        if fresh {
-            for (i, v) in self.roughest.iter_mut().enumerate() {
-                *v = Vec3A::new(rough(3 * i), rough(3 * i + 1), rough(3 * i + 2));
-            }
-        }
-        self.step.copy_from_slice(&self.roughest);
-        let mut largest = 1.0f32;
-        for _ in 0..iterations {
-            self.multiply(Of::Step, parallel);
-            let Self { inverse_diagonal, residual, step, image, .. } = self;
-            by_rows(residual, parallel, |first, scaled| {
-                for (k, scaled) in scaled.iter_mut().enumerate() {
-                    *scaled = inverse_diagonal[first + k] * image[first + k];
+    /// Largest eigenvalue of D^-1 A, estimated from above by the method of Lanczos [Lanczos1950] from the
+    /// forces in `residual` on.
+    fn largest_eigenvalue(&mut self, parallel: bool) -> f32 {
+        let dot = |a: &[Vec3A], b: &[Vec3A]| a.iter().zip(b).map(|(a, b)| f64::from(a.dot(*b))).sum::<f64>();
+        // `residual` is a force, `step` the displacement that D makes of it; `solution` is the force before.
+        self.solution.fill(Vec3A::ZERO);
+        let (mut diagonal, mut beside) = ([0.0f64; LANCZOS], [0.0f64; LANCZOS + 1]);
+        let mut steps = 0;
+        loop {
+            let Self { inverse_diagonal, residual, step, .. } = self;
+            by_rows(step, parallel, |first, step| {
+                for (k, step) in step.iter_mut().enumerate() {
+                    *step = inverse_diagonal[first + k] * residual[first + k];
                 }
             });
-            let norm = |v: &[Vec3A]| v.iter().map(|v| f64::from(v.length_squared())).sum::<f64>().sqrt();
-            let (before, after) = (norm(step), norm(residual));
-            if before == 0.0 || after == 0.0 {
+            let norm = dot(residual, step).max(0.0).sqrt();
+            beside[steps] = norm;
+            if steps == LANCZOS || norm <= 1e-6 * diagonal[0] {
                 break;
             }
-            largest = (after / before) as f32;
-            let scale = (1.0 / after) as f32;
-            step.iter_mut().zip(residual.iter()).for_each(|(v, image)| *v = *image * scale);
+            let scale = (1.0 / norm) as f32;
+            step.iter_mut().chain(residual.iter_mut()).for_each(|v| *v *= scale);
+            self.multiply(Of::Step, parallel);
+            let Self { residual, solution, step, image, .. } = self;
+            let own = dot(step, image);
+            diagonal[steps] = own;
+            let (own, before) = (own as f32, if steps == 0 { 0.0 } else { beside[steps] as f32 });
+            by_row_pairs(residual, solution, parallel, |i, residual, solution| {
+                let next = image[i] - *residual * own - *solution * before;
+                *solution = std::mem::replace(residual, next);
+            });
+            steps += 1;
         }
-        self.roughest.copy_from_slice(&self.step);
-        largest
+        if steps == 0 {
+            return 1.0;
+        }
+        estimate_above(&diagonal[..steps], &beside[1..=steps]) as f32
     }
 
     /// The middle of each aggregate, and how rigid motions of it move its nodes.
@@ -393,11 +443,7 @@ impl Level {
         next.reach = (squares / position.len() as f64).sqrt().max(1e-30) as f32;
         for (i, (a, p)) in aggregate.iter().zip(position.iter()).enumerate().filter(|(_, (a, _))| **a != NONE) {
             let arm = (*p - next.position[*a as usize]) / next.reach;
-            tentative[*rows_a_node * i] = Mat3A::from_cols(
-                Vec3A::new(0.0, -arm.z, arm.y),
-                Vec3A::new(arm.z, 0.0, -arm.x),
-                Vec3A::new(-arm.y, arm.x, 0.0),
-            );
+            tentative[*rows_a_node * i] = turned(arm);
             if *rows_a_node == 2 {
                 tentative[2 * i + 1] = Mat3A::from_diagonal(glam::Vec3::splat(*reach / next.reach));
             }
@@ -426,7 +472,7 @@ impl Level {
                 if !turns {
                     prolongation[at] += blocks[k];
                 }
-                add_product(&mut prolongation[at + 1], &blocks[k], &tentative[j]);
+                prolongation[at + 1] += blocks[k] * tentative[j];
             }
             for k in ties.row(i) {
                 let at = tied_at[k] as usize;
@@ -446,12 +492,13 @@ impl Level {
     }
 
     /// The matrix of the next level, P^T A P.
-    fn galerkin(&mut self, coarse_pattern: &Pattern, coarse: &mut [Mat3A], parallel: bool) {
-        let Self { pattern, blocks, ties, tie, transfer, .. } = self;
+    fn galerkin(&mut self, matrix: &StepMatrix, coarse_pattern: &Pattern, coarse: &mut [Wide], parallel: bool) {
+        let Self { rows_a_node, pattern, exact, ties, transfer, .. } = self;
         let Transfer {
             pattern: to,
             blocks: prolongation,
             transposed,
+            restriction,
             origin,
             product,
             product_blocks,
@@ -459,191 +506,162 @@ impl Level {
             first_product,
             coarse_at,
             first_coarse,
+            mirror,
             ..
         } = transfer.as_mut().expect("not the coarsest");
+        by_rows(restriction, parallel, |first, restriction| {
+            for (restriction, k) in restriction.iter_mut().zip(&origin[first..]) {
+                *restriction = prolongation[*k as usize].transpose();
+            }
+        });
         let right = Blocks { pattern: to, values: prolongation };
         by_block_rows(product, product_blocks, parallel, |i, sums| {
-            if !sums.is_empty() {
-                let (row, tied) = (pattern.row(i), ties.row(i));
-                let row = Row { columns: &pattern.column[row.clone()], values: &blocks[row] };
-                let tied = Row { columns: &ties.column[tied.clone()], values: &tie[tied] };
-                product_row(row, tied, right, &product_at[first_product[i] as usize..], sums);
+            if sums.is_empty() {
+                return;
+            }
+            let (row, places) = (pattern.row(i), &product_at[first_product[i] as usize..]);
+            let columns = &pattern.column[row.clone()];
+            if *rows_a_node == 1 {
+                let tied = ties.row(i);
+                let tied = Row { columns: &ties.column[tied.clone()], values: &matrix.tie[tied] };
+                finest_product_row(Row { columns, values: &matrix.blocks[row] }, tied, right, places, sums);
+            } else {
+                product_row(Row { columns, values: &exact[row] }, right, places, sums);
             }
         });
         let right = Blocks { pattern: product, values: product_blocks };
+        // From the diagonal on; what is before it is the mirror image.
         by_block_rows(coarse_pattern, coarse, parallel, |i, sums| {
             let row = transposed.row(i);
-            let row = Row { columns: &transposed.column[row.clone()], values: &origin[row] };
-            restricted_row(row, prolongation, right, &coarse_at[first_coarse[i] as usize..], sums);
+            let row = Row { columns: &transposed.column[row.clone()], values: &restriction[row] };
+            restricted_row(row, right, i as u32, &coarse_at[first_coarse[i] as usize..], sums);
         });
+        for i in 0..coarse_pattern.rows() {
+            for k in coarse_pattern.row(i).take_while(|k| coarse_pattern.column[*k] < i as u32) {
+                coarse[k] = coarse[mirror[k] as usize].transpose();
+            }
+        }
     }
 }
 
-/// Rows of the restriction of a field.
-fn restrict_rows(
-    transposed: &Pattern,
-    origin: &[u32],
-    blocks: &[Mat3A],
-    field: &[Vec3A],
-    first: usize,
-    restricted: &mut [Vec3A],
-) {
-    on_widest_unit!((
-        transposed: &Pattern,
-        origin: &[u32],
-        blocks: &[Mat3A],
-        field: &[Vec3A],
-        first: usize,
-        restricted: &mut [Vec3A],
-    ) {
-        for (k, restricted) in restricted.iter_mut().enumerate() {
-            let mut sums = [Vec3A::ZERO; 3];
-            let row = transposed.row(first + k);
-            for (j, m) in transposed.column[row.clone()].iter().zip(&origin[row]) {
-                let (value, block) = (field[*j as usize], &blocks[*m as usize]);
-                sums[0] += block.x_axis * value;
-                sums[1] += block.y_axis * value;
-                sums[2] += block.z_axis * value;
-            }
-            *restricted = Vec3A::from_array(sums.map(|sum| sum.element_sum()));
-        }
-    });
+/// `sums += block x`, a sum for each column.
+#[inline(always)]
+fn add_image(sums: &mut [Vec3A; 3], block: &Mat3A, x: Vec3A) {
+    sums[0] += block.x_axis * x.x;
+    sums[1] += block.y_axis * x.y;
+    sums[2] += block.z_axis * x.z;
 }
 
-/// Adds rows of the prolongation of a coarse field.
-fn prolongate_rows(pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
-    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], coarse: &[Vec3A], first: usize, field: &mut [Vec3A]) {
-        for (k, value) in field.iter_mut().enumerate() {
-            *value += block_row_times(pattern, blocks, coarse, first + k);
-        }
-    });
+/// How a turn moves the end of an arm.
+fn turned(arm: Vec3A) -> Mat3A {
+    Mat3A::from_cols(Vec3A::new(0.0, -arm.z, arm.y), Vec3A::new(arm.z, 0.0, -arm.x), Vec3A::new(-arm.y, arm.x, 0.0))
 }
 
-/// Groups of nodes around nodes that are far enough apart: the aggregate of each node, and how many there are. Fixed
-/// nodes are in none.
-fn aggregates(graph: &Pattern, fixed: &[bool]) -> (Vec<u32>, usize) {
-    let rows = graph.rows();
-    let mut aggregate = vec![NONE; rows];
-    let mut count = 0u32;
-    let neighbours = |i: usize| graph.columns(i).iter().map(|j| *j as usize).filter(move |j| *j != i && !fixed[*j]);
-    for i in 0..rows {
-        if !fixed[i] && aggregate[i] == NONE && neighbours(i).all(|j| aggregate[j] == NONE) {
-            aggregate[i] = count;
-            neighbours(i).for_each(|j| aggregate[j] = count);
-            count += 1;
-        }
-    }
-    let cores = aggregate.clone();
-    for i in 0..rows {
-        if !fixed[i] && aggregate[i] == NONE {
-            match neighbours(i).map(|j| cores[j]).filter(|a| *a != NONE).min() {
-                Some(near) => aggregate[i] = near,
-                None => {
-                    aggregate[i] = count;
-                    count += 1;
-                }
-            }
-        }
-    }
-    (aggregate, count as usize)
+/// What a ground lacks to be told from nothing beside the stiffness of its row.
+fn what_is_untold(ground: &DMat3, stiffness: &DMat3) -> DMat3 {
+    let told = TOLD * mean(stiffness);
+    DMat3::from_diagonal(DVec3::splat((told - least_eigenvalue(ground)).clamp(0.0, told.max(0.0))))
 }
 
-impl Transfer {
-    fn lay_out(matrix: &Pattern, ties: &Pattern, rows_a_node: usize, aggregate: Vec<u32>, count: usize) -> Self {
-        let rows = matrix.rows();
-        let aggregate_of = |row: u32| aggregate[row as usize / rows_a_node];
-        let all_columns = |i: usize| matrix.columns(i).iter().chain(ties.columns(i)).copied();
-        let pattern = Pattern::from_rows((0..rows).map(|i| {
-            if aggregate_of(i as u32) == NONE {
-                return Vec::new();
-            }
-            all_columns(i).map(aggregate_of).filter(|a| *a != NONE).flat_map(|a| [2 * a, 2 * a + 1]).collect()
-        }));
-        let place = |i: usize, j: u32| {
-            let a = aggregate_of(j);
-            let found = (a != NONE).then(|| pattern.find(i, 2 * a)).flatten();
-            found.map_or(u8::MAX, |k| (k - pattern.first[i] as usize) as u8)
-        };
-        let own = (0..rows).map(|i| place(i, i as u32)).collect();
-        let places = |of: &Pattern| {
-            (0..rows).flat_map(|i| of.columns(i).iter().map(move |j| (i, *j))).map(|(i, j)| place(i, j)).collect()
-        };
-        let (smoothed_at, tied_at) = (places(matrix), places(ties));
-        let product = Pattern::from_rows((0..rows).map(|i| {
-            if pattern.row(i).is_empty() {
-                return Vec::new();
-            }
-            all_columns(i).flat_map(|j| pattern.columns(j as usize)).copied().collect()
-        }));
-        let mut product_at = Vec::new();
-        let mut first_product = Vec::with_capacity(rows);
-        for i in 0..rows {
-            first_product.push(product_at.len() as u32);
-            for j in all_columns(i) {
-                for a in pattern.columns(j as usize) {
-                    // A fixed node has no row: its products fall away with it.
-                    product_at.push(product.find(i, *a).map_or(0, |k| (k - product.first[i] as usize) as u16));
-                }
-            }
+/// The least eigenvalue of the symmetric part of a block, by the cosine of a third of an angle.
+fn least_eigenvalue(block: &DMat3) -> f64 {
+    let middle = mean(block);
+    let deviator = (*block + block.transpose()) * 0.5 - DMat3::from_diagonal(DVec3::splat(middle));
+    let squares: f64 = deviator.to_cols_array().iter().map(|v| v * v).sum();
+    let size = (squares / 6.0).sqrt();
+    if size <= 0.0 {
+        return middle;
+    }
+    let angle = (0.5 * (deviator * (1.0 / size)).determinant()).clamp(-1.0, 1.0).acos() / 3.0;
+    middle + 2.0 * size * (angle + std::f64::consts::TAU / 3.0).cos()
+}
+
+fn mean(block: &DMat3) -> f64 {
+    (block.x_axis.x + block.y_axis.y + block.z_axis.z) / 3.0
+}
+
+/// The inverse of a block of the diagonal; nothing for nothing, as where a body of one node turns.
+fn inverted(block: DMat3) -> Mat3A {
+    let size = mean(&block);
+    if size <= 0.0 {
+        return Mat3A::ZERO;
+    }
+    ((block * (1.0 / size)).inverse() * (1.0 / size)).as_mat3().into()
+}
+
+/// The largest eigenvalue of a symmetric matrix of three diagonals, and by how much that of the whole may be over it: what is
+/// next beside the diagonal (the last number), by the part of the eigenvector that it meets.
+fn estimate_above(diagonal: &[f64], beside: &[f64]) -> f64 {
+    let steps = diagonal.len();
+    // Eigenvalues over a number are as many as pivots under nought.
+    let over = |x: f64| {
+        let mut pivot = 1.0;
+        (0..steps).any(|k| {
+            let coupling = if k == 0 { 0.0 } else { beside[k - 1] * beside[k - 1] };
+            pivot = x - diagonal[k] - coupling / pivot;
+            pivot <= 0.0
+        })
+    };
+    let reach = |k: usize| if k == 0 { 0.0 } else { beside[k - 1] };
+    let most = |k: usize| diagonal[k] + reach(k) + if k + 1 < steps { beside[k] } else { 0.0 };
+    let (mut low, mut high) = (0.0, (0..steps).map(most).fold(0.0, f64::max));
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        if over(middle) {
+            low = middle;
+        } else {
+            high = middle;
         }
-        let mut size = vec![0.0; count];
-        aggregate.iter().filter(|a| **a != NONE).for_each(|a| size[*a as usize] += 1.0);
-        let (transposed, origin) = pattern.transposed(2 * count);
-        Self {
-            blocks: vec![Mat3A::ZERO; pattern.blocks()],
-            product_blocks: vec![Mat3A::ZERO; product.blocks()],
-            tentative: vec![Mat3A::ZERO; rows],
-            own,
-            size,
-            aggregate,
-            pattern,
-            smoothed_at,
-            tied_at,
-            transposed,
-            origin,
-            product,
-            product_at,
-            first_product,
-            coarse_at: Vec::new(),
-            first_coarse: Vec::new(),
+    }
+    let (mut before, mut last, mut squares) = (0.0, 1.0, 1.0);
+    for k in 0..steps - 1 {
+        let next = ((high - diagonal[k]) * last - reach(k) * before) / beside[k];
+        (before, last) = (last, next);
+        squares += next * next;
+    }
+    high + beside[steps - 1] * last.abs() / squares.sqrt()
+}
+
+/// A rough force on a row, which its block of the diagonal bears with an energy that is the same for all rows.
+fn rough_force(stiffness: &DMat3, row: usize) -> Vec3A {
+    let rough = |k: usize| f64::from((3 * row + k).wrapping_mul(2_654_435_761) as u32 >> 24) / 128.0 - 1.0;
+    let m = stiffness;
+    let root = |square: f64| square.max(0.0).sqrt();
+    // By the Cholesky factor of the block.
+    let first = root(m.x_axis.x);
+    let (second, third) = if first > 0.0 { (m.x_axis.y / first, m.x_axis.z / first) } else { (0.0, 0.0) };
+    let fourth = root(m.y_axis.y - second * second);
+    let fifth = if fourth > 0.0 { (m.y_axis.z - third * second) / fourth } else { 0.0 };
+    let last = root(m.z_axis.z - third * third - fifth * fifth);
+    let [a, b, c] = [rough(0), rough(1), rough(2)];
+    DVec3::new(first * a, second * a + fourth * b, third * a + fifth * b + last * c).as_vec3a()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_eigenvalue_of_a_block_is_that_of_its_axes() {
+        for axes in [[3.0, 1.0, 1e-6], [2.0, 2.0, 2.0], [1.0, -0.5, 1.0], [5.0, 5.0, 0.0]] {
+            let turn = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
+            let block = turn * DMat3::from_diagonal(DVec3::from_array(axes)) * turn.transpose();
+            let least = axes.into_iter().fold(f64::INFINITY, f64::min);
+            assert!((least_eigenvalue(&block) - least).abs() < 1e-13, "{axes:?}: {}", least_eigenvalue(&block));
         }
     }
 
-    fn coarse_pattern(&self) -> Pattern {
-        Pattern::from_rows((0..self.transposed.rows()).map(|a| {
-            self.transposed
-                .columns(a)
-                .iter()
-                .flat_map(|i| self.product.columns(*i as usize))
-                .copied()
-                .chain([a as u32])
-                .collect()
-        }))
-    }
-
-    /// Which aggregates touch: the graph of the next level.
-    fn coarse_graph(&self, graph: &Pattern, count: usize) -> Pattern {
-        let mut rows: Vec<Vec<u32>> = (0..count as u32).map(|a| vec![a]).collect();
-        for i in 0..graph.rows() {
-            for j in graph.columns(i) {
-                let (a, b) = (self.aggregate[i], self.aggregate[*j as usize]);
-                if a != NONE && b != NONE {
-                    rows[a as usize].push(b);
-                }
-            }
-        }
-        Pattern::from_rows(rows.into_iter())
-    }
-
-    fn place_coarse(&mut self, coarse: &Pattern) {
-        for a in 0..coarse.rows() {
-            self.first_coarse.push(self.coarse_at.len() as u32);
-            for i in self.transposed.columns(a) {
-                for b in self.product.columns(*i as usize) {
-                    let place = coarse.find(a, *b).expect("the pattern holds every product");
-                    self.coarse_at.push((place - coarse.first[a] as usize) as u16);
-                }
-            }
+    #[test]
+    fn the_largest_eigenvalue_of_three_diagonals_is_estimated_from_above() {
+        // Second differences: 2 - 2 cos(k pi/(n + 1)).
+        for n in [1usize, 2, 5, 9] {
+            let largest_of = |n: usize| 2.0 + 2.0 * (std::f64::consts::PI / (n as f64 + 1.0)).cos();
+            let mut beside = vec![1.0; n];
+            beside[n - 1] = 0.0;
+            assert!((estimate_above(&vec![2.0; n], &beside) - largest_of(n)).abs() < 1e-8, "{n}");
+            beside[n - 1] = 1.0;
+            let above = estimate_above(&vec![2.0; n], &beside);
+            assert!(above > largest_of(n + 1) - 1e-8 && above < 5.0, "{n}: {above}");
         }
     }
 }

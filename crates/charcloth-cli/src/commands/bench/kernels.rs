@@ -102,6 +102,7 @@ fn springs(state: &SheetState, scene: &Scene, unit: VectorUnit, parallel: bool) 
     let mut forces = Forces {
         force: vec![Default::default(); nodes],
         drag: (0..nodes).map(|i| scene.mechanics.damping.0 * state.mass(i)).collect(),
+        air_mass: vec![0.0; nodes],
     };
     for i in 0..nodes {
         forces.force[i].y = -scene.gravity.0 * state.mass(i);

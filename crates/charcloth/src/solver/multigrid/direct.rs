@@ -1,0 +1,176 @@
+//! Direct solution of the coarsest level, a connected part at a time, by Cholesky factors in double precision.
+
+use crate::solver::blocks::Pattern;
+use crate::solver::galerkin::Wide;
+use glam::{DMat3, Vec3A};
+
+/// Most rows of a part that is solved directly.
+const MOST_ROWS: usize = 192;
+/// Pivot that is nothing but rounding, as a part of what it was before elimination.
+const LEAST_PIVOT: f64 = 1e-10;
+
+/// Connected parts of a matrix, and their factors.
+#[derive(Default)]
+pub struct Direct {
+    parts: Vec<Part>,
+    /// Part and place in it of each row; `u32::MAX` for rows of parts that are too large.
+    place: Vec<[u32; 2]>,
+    /// Cholesky factors by rows, one after the other.
+    factor: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+struct Part {
+    rows: Vec<u32>,
+    first: usize,
+}
+
+impl Direct {
+    /// Finds the parts of a matrix of blocks of these patterns.
+    pub fn lay_out(pattern: &Pattern, ties: &Pattern) -> Self {
+        let mut place = vec![[u32::MAX; 2]; pattern.rows()];
+        let mut seen = vec![false; pattern.rows()];
+        let (mut parts, mut size, mut found) = (Vec::new(), 0, Vec::new());
+        for start in 0..pattern.rows() {
+            if seen[start] {
+                continue;
+            }
+            seen[start] = true;
+            found.push(start as u32);
+            let mut rows = Vec::new();
+            while let Some(i) = found.pop() {
+                rows.push(i);
+                for j in pattern.columns(i as usize).iter().chain(ties.columns(i as usize)) {
+                    if !std::mem::replace(&mut seen[*j as usize], true) {
+                        found.push(*j);
+                    }
+                }
+            }
+            if rows.len() > MOST_ROWS {
+                continue;
+            }
+            rows.sort_unstable();
+            for (k, i) in rows.iter().enumerate() {
+                place[*i as usize] = [parts.len() as u32, k as u32];
+            }
+            let first = size;
+            size += (3 * rows.len()).pow(2);
+            parts.push(Part { rows, first });
+        }
+        Self { parts, place, factor: vec![0.0; size], scratch: Vec::new() }
+    }
+
+    /// Whether there are parts too large to be solved here.
+    pub fn leaves_some(&self) -> bool {
+        self.place.iter().any(|place| place[0] == u32::MAX)
+    }
+
+    /// Factorises the matrix: `block` gives the blocks of the pattern, `tie` the numbers of the other.
+    pub fn factorise(
+        &mut self,
+        pattern: &Pattern,
+        block: impl Fn(usize) -> Wide,
+        ties: &Pattern,
+        tie: impl Fn(usize) -> f64,
+    ) {
+        let Self { parts, place, factor, .. } = self;
+        factor.fill(0.0);
+        for part in parts {
+            let n = 3 * part.rows.len();
+            let factor = &mut factor[part.first..part.first + n * n];
+            for (i, row) in part.rows.iter().enumerate() {
+                for k in pattern.row(*row as usize) {
+                    let j = place[pattern.column[k] as usize][1] as usize;
+                    let block = DMat3::from(block(k)).to_cols_array_2d();
+                    for (c, column) in block.iter().enumerate() {
+                        for (r, value) in column.iter().enumerate() {
+                            factor[(3 * i + r) * n + 3 * j + c] += *value;
+                        }
+                    }
+                }
+                for k in ties.row(*row as usize) {
+                    let j = place[ties.column[k] as usize][1] as usize;
+                    for r in 0..3 {
+                        factor[(3 * i + r) * n + 3 * j + r] += tie(k);
+                    }
+                }
+            }
+            cholesky(factor, n);
+        }
+    }
+
+    /// Solves for what is factorised; leaves the other rows alone.
+    pub fn solve(&mut self, right: &[Vec3A], solution: &mut [Vec3A]) {
+        let Self { parts, factor, scratch: x, .. } = self;
+        for part in parts {
+            let n = 3 * part.rows.len();
+            let factor = &factor[part.first..part.first + n * n];
+            x.clear();
+            x.extend(part.rows.iter().flat_map(|i| right[*i as usize].to_array()).map(f64::from));
+            for i in 0..n {
+                x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
+            }
+            for i in (0..n).rev() {
+                x[i] /= factor[i * n + i];
+                let value = x[i];
+                for (x, factor) in x[..i].iter_mut().zip(&factor[i * n..]) {
+                    *x -= factor * value;
+                }
+            }
+            for (k, i) in part.rows.iter().enumerate() {
+                solution[*i as usize] = Vec3A::new(x[3 * k] as f32, x[3 * k + 1] as f32, x[3 * k + 2] as f32);
+            }
+        }
+    }
+}
+
+/// Turns the lower half of a matrix by rows into its Cholesky factor.
+fn cholesky(factor: &mut [f64], n: usize) {
+    for i in 0..n {
+        let (upper, lower) = factor.split_at_mut(i * n);
+        let row = &mut lower[..n];
+        for j in 0..i {
+            row[j] = (row[j] - dot(&row[..j], &upper[j * n..j * n + j])) / upper[j * n + j];
+        }
+        let value = row[i] - dot(&row[..i], &row[..i]);
+        // What has no stiffness, as where a body on a line turns about it, does not move.
+        row[i] = if value > LEAST_PIVOT * row[i] { value.sqrt() } else { f64::INFINITY };
+    }
+}
+
+/// Four sums at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = rest_of_a.iter().zip(rest_of_b).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_solved_each_by_itself_with_what_ties_them() {
+        // Two parts: rows 0 and 2, tied; row 1 alone.
+        let pattern = Pattern::from_rows((0..3).map(|i| vec![i]));
+        let ties = Pattern::from_rows([vec![2], vec![], vec![0]].into_iter());
+        let block = DMat3::from_cols_array_2d(&[[4.0, 1.0, 0.0], [1.0, 5.0, 2.0], [0.0, 2.0, 6.0]]);
+        let mut direct = Direct::lay_out(&pattern, &ties);
+        assert!(!direct.leaves_some());
+        direct.factorise(&pattern, |_| block.into(), &ties, |_| -1.5);
+        let right = [Vec3A::new(1.0, 2.0, 3.0), Vec3A::new(-1.0, 0.5, 0.0), Vec3A::new(0.0, -2.0, 1.0)];
+        let mut x = [Vec3A::ZERO; 3];
+        direct.solve(&right, &mut x);
+        let single = block.as_mat3();
+        let images = [single * x[0] - 1.5 * x[2], single * x[1], single * x[2] - 1.5 * x[0]];
+        for (image, right) in images.iter().zip(&right) {
+            assert!(image.distance(*right) < 1e-5, "{image} is not {right}");
+        }
+    }
+}
