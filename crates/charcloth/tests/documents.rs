@@ -150,6 +150,8 @@ const IMPORT_HELPERS: &[&str] = &[
 ];
 
 const EXPORT_HELPERS: &[&str] = &[
+    "abc_points",
+    "abc_samples",
     "glb",
     "listing",
     "look",
@@ -161,6 +163,8 @@ const EXPORT_HELPERS: &[&str] = &[
     "twin",
     "twin_obj",
     "usd_crate",
+    "usd_points",
+    "usd_samples",
     "vdb_grid",
 ];
 
