@@ -46,6 +46,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "verification/catenary": "a strip of soft sheet hangs as a chain does";
     "verification/eigenmode_decay": "modes of conduction on a grid";
     "verification/elastica": "a clamped strip sags under its own weight";
+    "verification/energy_decay": "a swinging sheet loses its energy to its drag";
     "verification/flame_downward": "a flame burns down tissue at the measured speed";
     "verification/friction": "a sheet on a slope slides or stays";
     "verification/front_direction": "front speed along an axis and along the diagonal of a grid";

@@ -243,17 +243,17 @@ bpy.context.view_layer.objects.active = sheet
 bpy.ops.charcloth.unload()
 assert settings.burnt is None and not sheet.hide_get() and not bpy.data.cache_files
 
-# Newsprint with flames and ash, over a table and beside a box. It hangs 1 cm over the table, 50 x 60 mm.
+# Tissue with flames and ash, over a table and beside a box. It hangs 1 cm over the table, 50 x 60 mm.
 LAST = 16
 bpy.ops.mesh.primitive_cube_add(size=0.2, location=(2, 2, 0.2))
 box = bpy.context.object
 bpy.ops.mesh.primitive_plane_add(size=1, rotation=(np.pi / 2, 0, 0), location=(0, 0, 0.4))
 sheet = bpy.context.object
-sheet.name, sheet.scale = "news", (0.5, 0.6, 1)
+sheet.name, sheet.scale = "tissue", (0.5, 0.6, 1)
 sheet.vertex_groups.new(name="held").add([2, 3], 1.0, "REPLACE")
 sheet.vertex_groups.new(name="keep").add([2, 3], 0.8, "REPLACE")
 settings = sheet.charcloth
-settings.preset = "newsprint_45"
+settings.preset = "tissue"
 settings.folder, settings.pin, settings.noburn = folder, "held", "keep"
 settings.frame_start, settings.frame_end, settings.voxel = START, START + LAST, 0.003
 settings.table, settings.obstacles = True, bpy.data.collections.new("Things")
@@ -261,7 +261,7 @@ settings.obstacles.objects.link(box)
 scene.cursor.location = (-0.25, 0, 0.1)
 bpy.ops.charcloth.add_spark()
 assert burn() == {"FINISHED"}, settings.message
-run = Path(folder) / "news" / "run"
+run = Path(folder) / "tissue" / "run"
 check_frames(settings.burnt, run, START, LAST, reads="all")
 burnt, ash, fire = settings.burnt, settings.ash, settings.fire
 assert (burnt.type, ash.type, fire.type) == ("MESH", "POINTCLOUD", "VOLUME")
@@ -297,8 +297,8 @@ assert shed > 0 and burning > LAST // 2, (shed, burning)
 fresh, _, _ = cache_frame(run, 0)
 end, _, _ = cache_frame(run, LAST)
 assert end["noburn"].max() == 1 and not end["charred"][end["noburn"] == 1].any()
-text = (Path(folder) / "news" / "scene.toml").read_text()
-assert 'material = "newsprint_45"' in text and text.count("[[obstacle]]") == 2, text
+text = (Path(folder) / "tissue" / "scene.toml").read_text()
+assert 'material = "tissue"' in text and text.count("[[obstacle]]") == 2, text
 
 scene.frame_set(START + LAST)
 scene.camera.location = (0, -1.6, 0.7)
