@@ -1,8 +1,8 @@
 //! What gives way without parting: fibre flows while it breaks down, and sheet that is bent too sharply keeps a crease.
 //!
 //! Model: while its chains fall apart, the elastic strain of a triangle is lost at a rate that goes with that of charring
-//! (Eq. 17.10): the chains break some thirty times as fast as they turn into gas and char [Bradbury1979], so char is all but
-//! without tension when it has formed, in whatever shape it is held. Bending past what the fibre bears stays (Eq. 17.11), the
+//! (Eq. 17.10): the chains break some thirty times as fast as they turn into gas and char [Bradbury1979], so it is all but
+//! without tension, in whatever shape it is held, until its last tenth hardens as char. Bending past what the fibre bears stays (Eq. 17.11), the
 //! perfectly plastic hinge. What has flowed is part of the rest shape, which is state. Valid when: the sheet is thin, and
 //! char that has formed is brittle (`crack.rs`). Cost: one pass over the triangles a step.
 
@@ -17,8 +17,8 @@ use glam::DVec3;
 /// Rate at which chains of cellulose break over that at which they turn into gas and char, where sheet burns.
 // [Bradbury1979]: 2.8e19 1/s and 242.8 kJ/mol over 3.19e14 1/s, 197.9 kJ/mol and 1.32e10 1/s, 150.7 kJ/mol: 33 at 700 K
 const CHAINS_BREAK: f64 = 33.0;
-/// Part of its fibre under which a triangle is char, which flows no more.
-const CHAR: f64 = 1e-4; // tuned: stress is gone by then; 1e-6 to 1e-3
+/// Part of its fibre under which a triangle is char, which flows no more. What it still shrinks by pulls, and cracks it.
+const CHAR: f64 = 0.1; // tuned: a tenth of the shrinkage, some 2 % of strain, is left to pull; 0.02 to 0.2
 /// How far a triangle may flow: longer, shorter, and in shear.
 // tuned: twice what char shrinks by, so that a side never turns over; 0.25 to 0.5
 const LONGER: f64 = 0.5;
