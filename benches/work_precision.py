@@ -213,7 +213,13 @@ def collect(arguments):
         folder = f"{arguments.scratch}/{segments}"
         finest = 0.5 if segments < 128 else 1
         fine = {"time.step": f"{finest} ms", "shell.newton_tolerance": 1e-4, "shell.linear_tolerance": 1e-2}
-        reference, timed = run_charcloth(arguments, segments, arguments.frames, fine, folder)
+        kept = Path(f"{folder}_reference.npz")
+        if kept.exists():
+            with np.load(kept) as file:
+                reference, timed = file["grid"], json.loads(str(file["timed"]))
+        else:
+            reference, timed = run_charcloth(arguments, segments, arguments.frames, fine, folder)
+            np.savez(kept, grid=reference, timed=json.dumps(timed))
         note("charcloth", segments, f"{finest} ms, 0.0001", timed, figures(reference, reference))
         small = [(1, 1e-4), (2, 1e-3), (3.5, 1e-3)] if segments < 128 else []
         for step, newton in [*small, (7, 1e-3), (14, 1e-3), (14, 1e-2), (21, 1e-2), (42, 1e-2)]:
@@ -277,7 +283,7 @@ def main():
     parser.add_argument("--segments", type=int, nargs="+", default=[32, 64], help="cells a side")
     parser.add_argument("--frames", type=int, default=12)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--scratch", default="/tmp/work_precision", help="folder for runs, which are removed again")
+    parser.add_argument("--scratch", default="/tmp/work_precision", help="folder for runs, which are removed again but for references")
     parser.add_argument("--csv", required=True)
     parser.add_argument("--picture")
     parser.add_argument("--draw-only", action="store_true", help="draw the table that is there")

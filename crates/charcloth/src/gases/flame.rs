@@ -53,9 +53,6 @@ const IGNITION_ENDS: f64 = 1050.0;
 /// to the air than to the face (Eq. 14.1 in air). Speeds depend on it: 3 gives 7.8 mm/s and 8 gives 14.2 where 5 gives
 /// 11.3, so it is fixed before [`FOOT`] is found.
 const HOLD: f64 = 5.0;
-/// Rounds to find what part reacts, and the change at which it is found: some four in air, more towards the turning point.
-const MOST_ROUNDS: usize = 40;
-const SETTLED: f64 = 1e-3;
 /// Fuel at the face over its mean in a film of the thickness that passes the heat: profile (1 - y/2 delta)^2 [Squire1938].
 const WALL_OVER_FILM: f64 = 1.5;
 /// Correction of the conductance on meshes that do not resolve the film, first and second order in spacing over its
@@ -198,7 +195,7 @@ impl Gas for Flame {
         exchange: &mut FaceExchange,
     ) {
         exchange.fit(sheet.area.len());
-        let gas = GasProperties::of(surroundings, faces.oxygen_demand);
+        let gas = GasProperties::of(surroundings, faces.oxygen_demand, self.foot);
         let plain = layer::PlainTable::of(surroundings);
         let step = Step { sheet, faces, surroundings, gas, dt, foot: self.foot, absorption: self.absorption, plain };
         let [front, back] = &mut self.scratch;
@@ -449,16 +446,7 @@ impl Step<'_> {
             burnt = (gas.leverage * gas.adiabatic + row.blowing * wall)
                 / (gas.leverage + row.blowing + loss * burnt.powi(3));
         }
-        // Oxygen that leaks through cools the flame, and more leaks: the upper branch of Eq. 14.5, from above. Just below its
-        // turning point it takes many rounds to fall off.
-        let mut completeness = 1.0;
-        for _ in 0..MOST_ROUNDS {
-            let before = completeness;
-            completeness = gas.completeness(wall + (burnt - wall) * completeness, row.thickness);
-            if before - completeness < SETTLED {
-                break;
-            }
-        }
+        let completeness = gas.reacting_part(wall, burnt, row.thickness);
         (completeness, (burnt - wall).max(1.0))
     }
 

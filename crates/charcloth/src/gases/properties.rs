@@ -43,6 +43,10 @@ const CRITICAL_TEMPERATURE: f64 = 1573.0;
 /// 1/6 in a flame that goes out [Linan1974].
 const CRITICAL_DAMKOHLER: f64 = 3.7;
 
+/// Rounds to find what part reacts, and the change at which it is found: three in air, more towards the turning point.
+const MOST_ROUNDS: usize = 30;
+const SETTLED: f64 = 1e-4;
+
 /// The gas of a scene as the closure needs it; follows from the surroundings and the fuel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GasProperties {
@@ -108,8 +112,8 @@ pub fn oxygen_mass_fraction(mole_fraction: f64) -> f64 {
 }
 
 impl GasProperties {
-    /// Works them out.
-    pub fn of(surroundings: &Surroundings, oxygen_demand: f64) -> Self {
+    /// Works them out; the foot of a flame is a film of `foot` alpha/U (Eq. 14.6).
+    pub fn of(surroundings: &Surroundings, oxygen_demand: f64, foot: f64) -> Self {
         let air = Surroundings {
             oxygen: 0.209,
             temperature: 298.15,
@@ -118,9 +122,9 @@ impl GasProperties {
             ..*surroundings
         };
         let reference = Self::without_reaction(&air, oxygen_demand);
-        // Eq. 14.5: a flame goes out at the critical temperature in a film of thickness alpha/U in air at 1 g and 1 atm; other
-        // flames by how well they are fed, against how fast diffusion takes heat from their reaction zone.
-        let thickness = reference.diffusivity / reference.buoyant_speed;
+        // Eq. 14.5: a flame goes out at the critical temperature at its foot in air at 1 g and 1 atm; other flames by how
+        // well they are fed, against how fast diffusion takes heat from their reaction zone.
+        let thickness = foot * reference.diffusivity / reference.buoyant_speed;
         let properties = Self::without_reaction(surroundings, oxygen_demand);
         let damkohler = CRITICAL_DAMKOHLER / (thickness * thickness) * properties.reactivity(surroundings)
             / reference.reactivity(&air);
@@ -166,11 +170,91 @@ impl GasProperties {
         surroundings.pressure * oxygen_mass_fraction * (z / (1.0 - z)).powi(2) / diffusivity
     }
 
-    /// Part of what diffusion brings together that reacts, at a temperature of the gas and a thickness of film (Eq. 14.5).
+    /// Part of what diffusion brings together that reacts in a film of a thickness on a wall, if its flame has the
+    /// temperature `burnt` where all reacts (Eq. 14.5).
+    ///
+    /// Oxygen that leaks through cools the flame, and more leaks. From above Newton's steps end on the upper branch, and past
+    /// its turning point they fall through to the lower one.
     #[inline]
-    pub fn completeness(&self, temperature: f64, thickness: f64) -> f64 {
+    pub fn reacting_part(&self, wall: f64, burnt: f64, thickness: f64) -> f64 {
+        let mut part = 1.0;
+        for _ in 0..MOST_ROUNDS {
+            let temperature = wall + (burnt - wall) * part;
+            let reacts = self.completeness(temperature, thickness);
+            let slope =
+                reacts * (1.0 - reacts) * ACTIVATION_TEMPERATURE * (burnt - wall) / (temperature * temperature);
+            let step = if slope < 1.0 { (reacts - part) / (1.0 - slope) } else { reacts - part };
+            part = (part + step).max(0.0);
+            if step.abs() < SETTLED {
+                break;
+            }
+        }
+        part
+    }
+
+    /// The same where the gas has a temperature.
+    #[inline]
+    fn completeness(&self, temperature: f64, thickness: f64) -> f64 {
         let exponent = ACTIVATION_TEMPERATURE * (1.0 / CRITICAL_TEMPERATURE - 1.0 / temperature);
         let damkohler = self.damkohler * thickness * thickness * exponent.min(50.0).exp();
         damkohler / (1.0 + damkohler)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FOOT: f64 = 0.86;
+    const WALL: f64 = 650.0;
+
+    fn gas(oxygen: f64, pressure: f64) -> GasProperties {
+        let gravity = glam::DVec3::Y * -9.81;
+        let room = Surroundings { temperature: 298.15, oxygen, pressure, gravity, wind: glam::DVec3::ZERO };
+        GasProperties::of(&room, 1.19, FOOT)
+    }
+
+    /// The temperature of flame, where all reacts, at which the upper branch ends [K].
+    fn turning_point(gas: &GasProperties, thickness: f64) -> f64 {
+        let (mut out, mut burns) = (WALL, 4000.0);
+        while burns - out > 0.5 {
+            let middle = 0.5 * (out + burns);
+            *(if gas.reacting_part(WALL, middle, thickness) > 0.3 { &mut burns } else { &mut out }) = middle;
+        }
+        burns
+    }
+
+    #[test]
+    fn at_the_foot_in_air_the_flame_goes_out_at_the_critical_temperature() {
+        let air = gas(0.209, ATMOSPHERE);
+        let foot = FOOT * air.diffusivity / air.buoyant_speed;
+        let part = air.completeness(CRITICAL_TEMPERATURE, foot);
+        assert!((part - CRITICAL_DAMKOHLER / (1.0 + CRITICAL_DAMKOHLER)).abs() < 1e-12);
+        // The turning point by itself: where d eta/d T' of 14.5 is that of T' = T_s + eta (T_f - T_s).
+        let at_turn = WALL + air.reacting_part(WALL, turning_point(&air, foot), foot) * (turning_point(&air, foot) - WALL);
+        assert!((at_turn / CRITICAL_TEMPERATURE - 1.0).abs() < 0.02, "{at_turn} K");
+    }
+
+    #[test]
+    fn thin_films_thin_air_and_little_oxygen_put_a_flame_out_hotter() {
+        let air = gas(0.209, ATMOSPHERE);
+        let foot = FOOT * air.diffusivity / air.buoyant_speed;
+        let here = turning_point(&air, foot);
+        for (what, higher) in [
+            ("half as thick", turning_point(&air, 0.5 * foot)),
+            ("half the pressure", turning_point(&gas(0.209, 0.5 * ATMOSPHERE), foot)),
+            ("less oxygen", turning_point(&gas(0.17, ATMOSPHERE), foot)),
+        ] {
+            assert!(higher > here + 20.0, "{what}: {higher} K after {here} K");
+        }
+        assert!(turning_point(&air, 2.0 * foot) < here - 20.0);
+    }
+
+    #[test]
+    fn all_reacts_in_hot_flames_and_nothing_in_cold_gas() {
+        let air = gas(0.209, ATMOSPHERE);
+        let foot = FOOT * air.diffusivity / air.buoyant_speed;
+        assert!(air.reacting_part(WALL, air.flame, foot) > 0.9);
+        assert!(air.reacting_part(WALL, 1200.0, foot) < 0.02);
     }
 }
