@@ -1,4 +1,5 @@
-"""Error against time of implicit motion: the scene `hang` at several step lengths, beside Blender's cloth and XPBD.
+"""Error against time of implicit motion: the scene `hang` at several step lengths, beside Blender's cloth and XPBD; and
+other scenes (`--scene`), with errors over the whole sheet, Charcloth alone.
 
     python3 work_precision.py --charcloth target/release/charcloth [--blender PYTHON_WITH_BPY] [--pypbd PYTHON_WITH_PYPBD] \\
         --segments 32 64 --csv work_precision.csv --picture work_precision.svg
@@ -6,6 +7,8 @@
 Errors are those of the two free corners against a run of Charcloth with steps of 0.5 ms (1 ms from 128 segments on) on the same mesh,
 while the sheet falls (12 frames; later it crumples, and no two runs agree): root of the mean square over corners and frames, and the largest. Strain is that of the edges along both axes in the worst frame, column
 stretch the largest change of the arc length of a column. Time is that of a frame, of the processor and of the clock.
+Other scenes are compared at every node, with a run of a fourteenth of the scene's longest step.
+
 Needs numpy and matplotlib; Blender's cloth needs a Python that has bpy 5.0.1, XPBD one that has pypbd 2.2.2.
 """
 
@@ -22,6 +25,8 @@ from pathlib import Path
 import numpy as np
 
 SIDE = 0.21
+COLUMNS = ["program", "segments", "setting", "clock", "processor", "newton", "linear", "corner_rms_mm", "corner_max_mm"]
+COLUMNS += ["sheet_rms_mm", "p99_strain", "max_strain", "column_stretch"]
 
 
 def read_pc2(path):
@@ -71,9 +76,9 @@ def figures(grid, reference):
 
 
 def run_charcloth(arguments, segments, frames, settings, folder):
-    """Points of a run, and its seconds a frame: clock, processor."""
-    sets = [f"--set={key}={value}" for key, value in {"sheet.segments": segments, **settings}.items()]
-    command = [arguments.charcloth, "bench", "hang", "--frames", str(frames), "--threads", str(arguments.threads)]
+    """Points of a run by frame, and its seconds a frame: clock, processor."""
+    sets = [f"--set={key}={value}" for key, value in {**size(arguments.scene, segments), **settings}.items()]
+    command = [arguments.charcloth, "bench", arguments.scene, "--frames", str(frames), "--threads", str(arguments.threads)]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     timed = subprocess.run([*command, *sets], capture_output=True, text=True, check=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -81,14 +86,45 @@ def run_charcloth(arguments, segments, frames, settings, folder):
     processor = (after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime) / frames
     words = next(line for line in timed.stdout.splitlines() if "Newton" in line).split()
     result = {"clock": clock, "processor": processor, "newton": float(words[0]), "linear": float(words[5])}
+    result["p99_strain"] = float(timed.stdout.split("strain_p99=")[1].split()[0])
     shutil.rmtree(folder, ignore_errors=True)
-    run = ["run", "hang", "--frames", str(frames), "--no-movie", "-q", "-o", folder]
+    run = ["run", arguments.scene, "--frames", str(frames), "--no-movie", "-q", "-o", folder]
     subprocess.run([arguments.charcloth, *run, *sets], check=True)
     export = ["export", "--format", "pc2", "-o", f"{folder}/pc2", folder]
     subprocess.run([arguments.charcloth, *export], check=True, capture_output=True)
-    grid = in_grid(read_pc2(next(Path(folder, "pc2").glob("*.pc2"))))
+    points = read_pc2(next(Path(folder, "pc2").glob("*.pc2")))
     shutil.rmtree(folder, ignore_errors=True)
-    return grid, result
+    return in_grid(points) if arguments.scene == "hang" else points, result
+
+
+def size(scene, segments):
+    """Keys that give a sheet so many segments a side."""
+    if scene.endswith("fold"):
+        return {"sheet.spacing": f"{240 / segments} mm"}
+    if scene.endswith("drape"):
+        return {"sheet.spacing": f"{300 / segments} mm"}
+    return {"sheet.segments": segments}
+
+
+def compare_steps(arguments):
+    """Rows of figures of a scene that is not `hang`: one for each size and length of step."""
+    rows = []
+    for segments in arguments.segments:
+        folder = f"{arguments.scratch}/{Path(arguments.scene).stem}_{segments}"
+        settings = {"time.step": "1 ms", "shell.newton_tolerance": 1e-4, "shell.linear_tolerance": 1e-2}
+        reference, timed = run_charcloth(arguments, segments, arguments.frames, settings, folder)
+        runs = [("1 ms, 0.0001", reference, timed)]
+        for step, newton in [(3.5, 1e-3), (7, 1e-3), (14, 1e-3), (14, 1e-2), (42, 1e-2)]:
+            settings = {"time.step": f"{step} ms", "shell.newton_tolerance": newton}
+            runs.append((f"{step} ms, {newton}", *run_charcloth(arguments, segments, arguments.frames, settings, folder)))
+        for setting, points, timed in runs:
+            off = np.linalg.norm(points - reference, axis=-1)
+            errors = {"sheet_rms_mm": 1e3 * float(np.sqrt((off**2).mean())), "sheet_max_mm": 1e3 * float(off.max())}
+            row = {"scene": Path(arguments.scene).stem, "segments": segments, "setting": setting, **timed, **errors}
+            rows.append({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()})
+            print(rows[-1], flush=True)
+        write(rows, arguments.csv)
+    return rows
 
 
 BLENDER = """
@@ -205,6 +241,7 @@ def collect(arguments):
 
     def note(program, segments, setting, timed, compared):
         row = {"program": program, "segments": segments, "setting": setting, **timed, **compared}
+        row = {key: row[key] for key in COLUMNS if key in row}
         rows.append({key: float(f"{value:.4g}") if isinstance(value, float) else value for key, value in row.items()})
         print(rows[-1], flush=True)
         write(rows, arguments.csv)
@@ -281,11 +318,12 @@ def main():
     parser.add_argument("--blender", help="a Python that has bpy")
     parser.add_argument("--pypbd", help="a Python that has pypbd")
     parser.add_argument("--segments", type=int, nargs="+", default=[32, 64], help="cells a side")
+    parser.add_argument("--scene", default="hang", help="hang, drape, fold or benches/clamp.toml")
     parser.add_argument("--frames", type=int, default=12)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--scratch", default="/tmp/work_precision", help="folder for runs, which are removed again but for references")
     parser.add_argument("--csv", required=True)
-    parser.add_argument("--picture")
+    parser.add_argument("--picture", help="of `hang` only")
     parser.add_argument("--draw-only", action="store_true", help="draw the table that is there")
     arguments = parser.parse_args()
     if arguments.draw_only:
@@ -296,8 +334,8 @@ def main():
             rows = [{**row, "segments": int(row["segments"])} for row in rows]
     else:
         Path(arguments.scratch).mkdir(parents=True, exist_ok=True)
-        rows = collect(arguments)
-    if arguments.picture:
+        rows = collect(arguments) if arguments.scene == "hang" else compare_steps(arguments)
+    if arguments.picture and arguments.scene == "hang":
         draw(rows, arguments.picture)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from .material import Tree
+from .material import Tree, known_or_built
 
 NAME = "Charcloth ash"
 CORNERS = 7
@@ -22,9 +22,7 @@ GLOW = 3.0  # tuned by eye
 
 def ash_material(sheet: bpy.types.Object) -> bpy.types.Material:
     """The material of a sheet's particles, made once and then left to the artist."""
-    name = f"{NAME} {sheet.name}"
-    known = bpy.data.materials.get(name)
-    return known if known is not None else build_material(name)
+    return known_or_built(f"{NAME} {sheet.name}", build_material)
 
 
 def build_material(name: str) -> bpy.types.Material:

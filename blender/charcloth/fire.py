@@ -6,7 +6,7 @@ strength is that of a picture, not of nature.
 
 import bpy
 
-from .material import Tree
+from .material import Tree, known_or_built
 
 NAME = "Charcloth fire"
 STRENGTH = 180.0  # [1/m] tuned by eye: flames shine through each other and stay yellow, not white
@@ -16,9 +16,7 @@ WARM = 1.2  # tuned: 1.1 to 1.4; at the true 1300 to 1900 K the view transform A
 
 def fire_material(sheet: bpy.types.Object) -> bpy.types.Material:
     """The material of a sheet's flames, made once and then left to the artist."""
-    name = f"{NAME} {sheet.name}"
-    known = bpy.data.materials.get(name)
-    return known if known is not None else build_fire(name)
+    return known_or_built(f"{NAME} {sheet.name}", build_fire)
 
 
 def build_fire(name: str) -> bpy.types.Material:

@@ -5,6 +5,7 @@ fuel), `kelvin` is the temperature (see `attributes`), `rest` is the place in th
 the paper. Holes are geometry; only their rim, which has the width of a triangle, is frayed by transparency.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -37,8 +38,13 @@ FRAY_FROM = 0.78  # part gone at which the rim begins to fray
 def burn_material(sheet: bpy.types.Object) -> bpy.types.Material:
     """The material of a sheet's burnt self, made once and then left to the artist."""
     name = f"{NAME} {sheet.name}" if physical(sheet.charcloth) else f"{NAME} {sheet.name} sketched"
+    return known_or_built(name, lambda name: build_material(name, physical(sheet.charcloth)))
+
+
+def known_or_built(name: str, build: Callable[[str], bpy.types.Material]) -> bpy.types.Material:
+    """The material of that name, built unless it is there already."""
     known = bpy.data.materials.get(name)
-    return known if known is not None else build_material(name, physical(sheet.charcloth))
+    return known if known is not None else build(name)
 
 
 def build_material(name: str, measured: bool) -> bpy.types.Material:

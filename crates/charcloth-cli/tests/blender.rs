@@ -2,7 +2,7 @@
 //! What is compared is said in `blender/`.
 //!
 //! Blender comes as the Python package `bpy`, which exists for one version of Python only and takes 1 GB of disk, so
-//! these tests run when they are asked for: `CHARCLOTH_BLENDER=1`.
+//! these tests run when they are asked for: `CHARCLOTH_BLENDER=1`, or another version in place of the 1.
 
 mod common;
 #[path = "../../charcloth-io/tests/common/environment.rs"]
@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-/// What is installed (400 MB to fetch, 1 GB on the disk), and the Python it is built for.
-const PACKAGES: &[&str] = &["bpy==5.0.1"];
+/// What is installed unless another is asked for (400 MB to fetch, 1 GB on the disk), and the Python it is built for.
+const VERSION: &str = "5.0.1";
 const PYTHON: &str = "3.11";
 /// Frames of the run that is imported.
 const LAST: &str = "40";
@@ -38,15 +38,18 @@ fn blender() -> Option<&'static Path> {
 }
 
 fn find() -> Result<PathBuf, String> {
-    if !std::env::var("CHARCLOTH_BLENDER").is_ok_and(|asked| !asked.is_empty() && asked != "0") {
-        return Err("CHARCLOTH_BLENDER=1 asks for it; it takes 1 GB of disk".to_owned());
-    }
+    let asked = std::env::var("CHARCLOTH_BLENDER").unwrap_or_default();
+    let bpy = match asked.as_str() {
+        "" | "0" => return Err("CHARCLOTH_BLENDER=1 asks for it; it takes 1 GB of disk".to_owned()),
+        "1" => format!("bpy=={VERSION}"),
+        version => format!("bpy=={version}"),
+    };
     let version = "import sys; print('%d.%d' % sys.version_info[:2])";
     let output = Command::new(environment::base()).args(["-c", version]).output().map_err(|error| error.to_string())?;
     let version = String::from_utf8_lossy(&output.stdout).trim().to_owned();
     match version == PYTHON {
-        true => environment::with_packages(PACKAGES),
-        false => Err(format!("{} is for Python {PYTHON}, this is {version}; PYTHON may name another", PACKAGES[0])),
+        true => environment::with_packages(&[&bpy]),
+        false => Err(format!("{bpy} is for Python {PYTHON}, this is {version}; PYTHON may name another")),
     }
 }
 
