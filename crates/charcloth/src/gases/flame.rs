@@ -108,11 +108,12 @@ struct Film {
     run: f64,
 }
 
-/// Velocity [m/s] and thickness [m] of a film.
+/// Velocity [m/s] and thickness [m] of a film, and how its temperature rises along the sheet, over that of a flame [1/m].
 #[derive(Debug, Clone, Copy, Default)]
 struct Flow {
     velocity: DVec3,
     thickness: f64,
+    gradient: DVec3,
 }
 
 /// What a sweep needs of a link.
@@ -335,7 +336,8 @@ impl Step<'_> {
             } else {
                 DVec3::ZERO
             };
-            Flow { velocity: layer::MEAN_SPEED * (buoyant + wind), thickness: scale.thickness(run) }
+            let velocity = layer::MEAN_SPEED * (buoyant + wind);
+            Flow { velocity, thickness: scale.thickness(run), gradient }
         };
         let of_chunk = |(flows, active): (&mut [Flow], &[u32])| {
             for (flow, i) in flows.iter_mut().zip(active) {
@@ -387,22 +389,27 @@ impl Step<'_> {
 
     fn row(&self, face: usize, i: usize, row_of: &[u32], flows: &[Flow], at_rest: u32, links: &mut Vec<Link>) -> Row {
         let gas = &self.gas;
-        let Flow { velocity: here, thickness } = flows[row_of[i] as usize];
+        let Flow { velocity: here, thickness, gradient: own_gradient } = flows[row_of[i] as usize];
         let first = links.len() as u32;
         let mut row = Row { node: i as u32, links: first..first + self.links(i).len() as u32, ..Row::default() };
         for l in self.links(i) {
             let j = self.sheet.link_to[l] as usize;
-            let (to, other, velocity) = match row_of[j] {
-                NONE => (at_rest, thickness, here),
-                to => (to, flows[to as usize].thickness, 0.5 * (here + flows[to as usize].velocity)),
+            let (to, other, velocity, gradient) = match row_of[j] {
+                NONE => (at_rest, thickness, here, own_gradient),
+                to => {
+                    let there = flows[to as usize];
+                    (to, there.thickness, 0.5 * (here + there.velocity), own_gradient + there.gradient)
+                }
             };
             let mean = 0.5 * (thickness + other);
             let along = (self.sheet.position[j] - self.sheet.position[i]).normalize_or_zero();
             let speed = velocity.dot(along);
             let (length, width) = (self.sheet.link_length[l], self.sheet.link_width[l]);
-            let decay = layer::decay_rate(speed.abs(), gas.diffusivity, mean, 1.0);
+            // Ahead of a foot the film cools along its gradient, so a link is as coarse as it reaches that way.
+            let way = gradient.normalize_or_zero();
+            let decay = layer::decay_rate(velocity.dot(way).abs(), gas.diffusivity, mean, 1.0);
             let open = self.faces.open[face][j].min(self.faces.open[face][i]);
-            let reach = length * decay;
+            let reach = length * decay * way.dot(along).abs();
             let conductance =
                 open * gas.conductivity * mean * width / length * (1.0 + COARSE * reach + COARSER * reach * reach);
             let flow = open * gas.density * mean * width * speed;

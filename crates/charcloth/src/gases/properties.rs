@@ -181,8 +181,7 @@ impl GasProperties {
         for _ in 0..MOST_ROUNDS {
             let temperature = wall + (burnt - wall) * part;
             let reacts = self.completeness(temperature, thickness);
-            let slope =
-                reacts * (1.0 - reacts) * ACTIVATION_TEMPERATURE * (burnt - wall) / (temperature * temperature);
+            let slope = reacts * (1.0 - reacts) * ACTIVATION_TEMPERATURE * (burnt - wall) / (temperature * temperature);
             let step = if slope < 1.0 { (reacts - part) / (1.0 - slope) } else { reacts - part };
             part = (part + step).max(0.0);
             if step.abs() < SETTLED {
@@ -231,7 +230,8 @@ mod tests {
         let part = air.completeness(CRITICAL_TEMPERATURE, foot);
         assert!((part - CRITICAL_DAMKOHLER / (1.0 + CRITICAL_DAMKOHLER)).abs() < 1e-12);
         // The turning point by itself: where d eta/d T' of 14.5 is that of T' = T_s + eta (T_f - T_s).
-        let at_turn = WALL + air.reacting_part(WALL, turning_point(&air, foot), foot) * (turning_point(&air, foot) - WALL);
+        let at_turn =
+            WALL + air.reacting_part(WALL, turning_point(&air, foot), foot) * (turning_point(&air, foot) - WALL);
         assert!((at_turn / CRITICAL_TEMPERATURE - 1.0).abs() < 0.02, "{at_turn} K");
     }
 
