@@ -21,6 +21,7 @@
 pub mod camera;
 pub mod error;
 pub mod flames;
+mod glow;
 pub mod image;
 pub mod light;
 pub mod looks;

@@ -135,6 +135,8 @@ pub struct Raster {
     bins: Vec<u32>,
     tiles: Vec<Tile>,
     background: Vec<Vec3A>,
+    /// Inverse depth of what each pixel saw last, the nearest of its samples [1/m]; 0 for the background.
+    pub depth: Vec<f32>,
 }
 
 impl Raster {
@@ -173,7 +175,10 @@ impl Raster {
             },
         );
         let (setups, bins, bin_start, background) = (&self.setups, &self.bins, &self.bin_start, &self.background);
-        picture.par_chunks_mut(width * TILE).zip(&mut self.tiles).enumerate().for_each(|(band, (pixels, tile))| {
+        self.depth.resize(width * height, 0.0);
+        let bands = picture.par_chunks_mut(width * TILE).zip(self.depth.par_chunks_mut(width * TILE));
+        bands.zip(&mut self.tiles).enumerate().for_each(|(band, ((pixels, depth), tile))| {
+            depth.fill(0.0);
             for column in 0..tiles_across {
                 let bin = band * tiles_across + column;
                 let inside = &bins[bin_start[bin] as usize..bin_start[bin + 1] as usize];
@@ -195,7 +200,10 @@ impl Raster {
                     }
                     for (x, pixel) in line.iter_mut().enumerate() {
                         let place = [(origin[0] + x) as i64, (origin[1] + row) as i64];
-                        *pixel = tile.resolve((row * TILE + x) * SAMPLES, setups, place, shader, behind[x]);
+                        let first = (row * TILE + x) * SAMPLES;
+                        *pixel = tile.resolve(first, setups, place, shader, behind[x]);
+                        let samples = &tile.inverse_depth[first..first + SAMPLES];
+                        depth[row * width + origin[0] + x] = samples.iter().copied().fold(0.0, f32::max);
                     }
                 }
             }

@@ -1,11 +1,12 @@
 //! What has come off and is too small to be sheet: dark shards, and sparks while they are hot.
 //!
 //! Model: a particle is a shard of sheet with as much area as it has, of a shape of its own, that turns as it flies and lies
-//! flat where it lies; it is dark, and hot ones shine in the colour of embers. A shard under a pixel is a speck that covers as
-//! much of it, half of its area on average as it tumbles. Shards are drawn over the sheet, before and behind it alike. Valid
+//! flat where it lies; it is dark, and hot ones shine as black bodies do. A shard under a pixel is a speck that covers as
+//! much of it, half of its area on average as it tumbles. Sheet in front hides it. Valid
 //! when: for pictures. Cost: a few pixels a particle.
 
 use crate::camera::Camera;
+use crate::glow::black_body;
 use charcloth::frame::Frame;
 use charcloth::random::Random;
 use glam::{DQuat, DVec2, DVec3, Vec3, Vec3A};
@@ -13,8 +14,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Colours of shards that are cold: char, and what is nearly ash.
 const COLD: [Vec3; 2] = [Vec3::new(0.022, 0.020, 0.019), Vec3::new(0.11, 0.105, 0.10)];
-/// Temperature from which they shine, and from which they do so fully [K].
-const SHINES: [f32; 2] = [750.0, 900.0]; // tuned: char is seen to glow in a dim room from 500 degC on
+/// How much hotter its hottest part is than a shard on average, the one whose light is seen [K].
+const RIM: f32 = 120.0; // tuned: shards burn at their rims; 0 to 300
 /// Corners of a shard.
 const CORNERS: usize = 6;
 /// How unlike its corners are in their distance from the middle, as a part of it.
@@ -58,8 +59,8 @@ fn within(point: DVec2, corners: &[DVec2; CORNERS]) -> bool {
     inside
 }
 
-/// Draws the particles of a frame over a picture [W x H, row by row]; `ember` is the colour of a temperature [K].
-pub fn add(frame: &Frame, camera: &Camera, picture: &mut [Vec3A], ember: impl Fn(f32) -> Vec3) {
+/// Draws the particles of a frame over a picture [W x H, row by row], with the inverse depth [1/m] of what is seen.
+pub fn add(frame: &Frame, camera: &Camera, depth: &[f32], picture: &mut [Vec3A]) {
     let particles = &frame.particles;
     let [across, down] = camera.size.map(|size| size as i64);
     for p in 0..particles.mass.len() {
@@ -69,9 +70,8 @@ pub fn add(frame: &Frame, camera: &Camera, picture: &mut [Vec3A], ember: impl Fn
             continue;
         }
         let temperature = particles.temperature[p] as f32;
-        let shine = ((temperature - SHINES[0]) / (SHINES[1] - SHINES[0])).clamp(0.0, 1.0);
         let cold = COLD[0].lerp(COLD[1], Random::new(0x746f_6e65, p as u64).uniform() as f32);
-        let colour = Vec3A::from(cold.lerp(ember(temperature), shine));
+        let colour = Vec3A::from(cold + black_body(temperature + RIM));
         // Eq. 17.8: half of the area of a plate that tumbles is seen.
         let pixels = 0.5 * area * (camera.focal_length * at.inverse_depth).powi(2);
         let radius = (pixels / PI).sqrt();
@@ -83,6 +83,7 @@ pub fn add(frame: &Frame, camera: &Camera, picture: &mut [Vec3A], ember: impl Fn
         });
         let reach = 1 + corners.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max).ceil() as i64;
         let (x, y) = (at.x.floor() as i64, at.y.floor() as i64);
+        let hides = (1.0 / (1.0 / at.inverse_depth - area.sqrt())) as f32;
         for row in (y - reach).max(0)..(y + reach + 1).min(down) {
             for column in (x - reach).max(0)..(x + reach + 1).min(across) {
                 let corner = DVec2::new(column as f64, row as f64);
@@ -95,7 +96,11 @@ pub fn add(frame: &Frame, camera: &Camera, picture: &mut [Vec3A], ember: impl Fn
                     let samples = (0..SAMPLES * SAMPLES).map(|k| corner + DVec2::new(at(k % SAMPLES), at(k / SAMPLES)));
                     samples.filter(|point| within(*point, &corners)).count() as f64 / (SAMPLES * SAMPLES) as f64
                 };
-                let pixel = &mut picture[(row * across + column) as usize];
+                let pixel = (row * across + column) as usize;
+                if depth[pixel] > hides {
+                    continue;
+                }
+                let pixel = &mut picture[pixel];
                 *pixel = pixel.lerp(colour, cover as f32);
             }
         }

@@ -1,22 +1,24 @@
 //! What is drawn, gathered from a frame: checked, in single precision, with the fields that only pictures need.
 
 use crate::error::RenderError;
+use crate::glow::black_body;
 use charcloth::frame::{Frame, node_normals};
 use glam::{DVec3, Vec3};
 
-/// Temperature at which paper first looks tan [K].
-pub const SCORCH_BEGINS: f64 = 480.0;
-/// Temperature at which it is dark brown and catches fire [K].
-pub const SCORCH_ENDS: f64 = 620.0;
+/// Temperatures at which paper first looks tan and at which it is dark brown [K], where it catches fire at a temperature, and
+/// where it breaks down at a rate: what is heated in seconds browns later than what is baked.
+pub const SCORCH: [f64; 2] = [480.0, 620.0];
+const SCORCH_BY_RATE: [f64; 2] = [500.0, 780.0]; // tuned: copper to black ahead of flames; 480 to 520, 700 to 850
 /// How far scorch is spread over the sheet for the picture [m]. The heat of the model runs ahead of the fire by 1 to 2 mm,
 /// less than a triangle; smoke and tar stain real paper farther than that.
 /// tuned: 2 to 8 mm.
-const SCORCH_SPREAD: f64 = 0.0055;
+const SCORCH_SPREAD: f64 = 0.004;
 /// How burnt a sheet looks that is all char and no ash.
 const ALL_CHAR: f64 = 0.6; // tuned: black, no holes yet; 0.45 to 0.65
-/// Temperatures between which char begins to glow and glows as it does in a fire [K]: dark red from about 800 K.
-const GLOW_BEGINS: f64 = 800.0;
-const GLOW_WHOLE: f64 = 1150.0;
+/// Area of full fire that shines on what is around like a flame that is fed a kilogram of gas a second [m2 s/kg].
+const LIGHT_OF_FLAMES: f64 = 18.0; // tuned: sheet in full fire gives off 25 g/(m2 s); 10 to 100
+/// Area of full fire that shines like that area of a black body whose red light is 1.
+const LIGHT_OF_GLOW: f64 = 0.05; // tuned: a rim lights little beside a flame; 0.02 to 0.2
 
 /// Fuel burnt at which a node on a cut edge counts as burnt away, so that the ragged line runs inside the cut.
 /// tuned: 0.4 to 0.8.
@@ -44,10 +46,16 @@ pub struct Node {
     pub gone: f32,
     /// Slopes of `scorch` and `gone` in the stress-free sheet [1/m].
     pub slopes: [Vec3; 2],
-    /// Burn rate as a part of the full one.
+    /// Burn rate as a part of the full one; 0 in models without one.
     pub glow: f32,
-    /// Area at rest that glows [m2].
+    /// Area of full fire that lights its surroundings as much [m2].
     pub glow_area: f32,
+    /// Part that has turned to char.
+    pub charred: f32,
+    /// Part of the char that has gone.
+    pub ashed: f32,
+    /// Whether it breaks down at a rate by its temperature, and so glows by that.
+    pub by_rate: bool,
 }
 
 /// The surface of one frame.
@@ -77,30 +85,34 @@ impl Surface {
         self.nodes.extend((0..frame.motion.len()).map(|i| {
             let burn = &frame.burn;
             let part = |value: f64, whole: f64| if whole > 0.0 { (value / whole).clamp(0.0, 1.0) as f32 } else { 0.0 };
-            // A model without a full rate tells char from ash, and glows by its temperature.
-            let (burnt, glow) = if burn.burn_rate_full[i] > 0.0 {
-                let left = part(burn.fuel[i], burn.fuel_initial[i]);
-                (
-                    if burn.fuel_initial[i] > 0.0 { 1.0 - left } else { 0.0 },
-                    part(burn.burn_rate[i], burn.burn_rate_full[i]),
-                )
-            } else {
+            // A model without a full rate tells char from ash and flame from glow, which follows from the temperature.
+            let by_rate = burn.burn_rate_full[i] <= 0.0;
+            let (burnt, glow, shines) = if by_rate {
+                let glow = f64::from(black_body(burn.temperature[i] as f32).x) * burn.area[i] * LIGHT_OF_GLOW;
+                let flame = if burn.flame[i] > 0.0 { burn.burn_rate[i] * LIGHT_OF_FLAMES } else { 0.0 };
                 let burnt = ALL_CHAR * burn.charred[i] + (1.0 - ALL_CHAR) * burn.ashed[i];
-                let glow = ((burn.temperature[i] - GLOW_BEGINS) / (GLOW_WHOLE - GLOW_BEGINS)).clamp(0.0, 1.0);
-                (burnt as f32, (glow * glow * (3.0 - 2.0 * glow)) as f32)
+                (burnt as f32, 0.0, (glow + flame) as f32)
+            } else {
+                let left = part(burn.fuel[i], burn.fuel_initial[i]);
+                let glow = part(burn.burn_rate[i], burn.burn_rate_full[i]);
+                let burnt = if burn.fuel_initial[i] > 0.0 { 1.0 - left } else { 0.0 };
+                (burnt, glow, glow * burn.area[i] as f32)
             };
+            let [tan, brown] = if by_rate { SCORCH_BY_RATE } else { SCORCH };
             Node {
                 position: (frame.motion.position[i] - target).as_vec3(),
                 normal: normals[i].as_vec3(),
                 rest: frame.motion.rest_position[i].as_vec3(),
                 temperature: burn.temperature[i] as f32,
-                scorch: ((burn.peak_temperature[i] - SCORCH_BEGINS) / (SCORCH_ENDS - SCORCH_BEGINS)).clamp(-0.25, 1.4)
-                    as f32,
+                scorch: ((burn.peak_temperature[i] - tan) / (brown - tan)).clamp(-0.25, 1.4) as f32,
                 burnt,
                 gone: burnt,
                 slopes: [Vec3::ZERO; 2],
                 glow,
-                glow_area: glow * burn.area[i] as f32,
+                glow_area: shines,
+                charred: if by_rate { burn.charred[i] as f32 } else { burnt / ALL_CHAR as f32 },
+                ashed: if by_rate { burn.ashed[i] as f32 } else { 0.0 },
+                by_rate,
             }
         }));
         self.triangles.clear();

@@ -6,7 +6,8 @@
 use super::Look;
 use crate::camera::{Camera, View};
 use crate::error::RenderError;
-use crate::flames;
+use crate::flames::Flames;
+use crate::glow::black_body;
 use crate::image::RgbImage;
 use crate::light::{FireLight, KeyLight};
 use crate::post::Post;
@@ -25,9 +26,9 @@ const HOLES_END: f32 = 1.2;
 
 // Light and colours, linear. tuned: by eye, for white paper in a dim room that still shows its own fire.
 const PAPER: Vec3 = Vec3::new(0.80, 0.785, 0.745);
-const KEY: Vec3 = Vec3::new(1.02, 0.965, 0.87);
-const SKY: Vec3 = Vec3::new(0.215, 0.23, 0.255);
-const GROUND: Vec3 = Vec3::new(0.085, 0.075, 0.065);
+const KEY: Vec3 = Vec3::new(0.66, 0.62, 0.56);
+const SKY: Vec3 = Vec3::new(0.14, 0.15, 0.167);
+const GROUND: Vec3 = Vec3::new(0.055, 0.049, 0.043);
 const FIRE: Vec3 = Vec3::new(1.0, 0.36, 0.075);
 const CHAR: Vec3 = Vec3::new(0.016, 0.0145, 0.0135);
 const ASH: Vec3 = Vec3::new(0.21, 0.20, 0.19);
@@ -56,6 +57,12 @@ const EMBER: [(f32, Vec3); 5] = [
     (1500.0, Vec3::new(11.0, 5.2, 1.3)),
 ];
 
+/// Least temperature of char whose light is worked out [K], and part of a black body's light that it gives.
+const GLOWS: f32 = 900.0;
+const EMISSIVITY: f32 = 0.9;
+/// How much hotter and colder than on average over its mesh char is, from pore to pore [K].
+const UNEVEN: f32 = 90.0; // tuned: by eye, a rim is a broken line; 30 to 150
+
 struct Shaded {
     camera: Camera,
     raster: Raster,
@@ -67,6 +74,7 @@ struct Shaded {
     key: KeyLight,
     fire: FireLight,
     light: Vec<Vec3A>,
+    flames: Flames,
     post: Post,
 }
 
@@ -83,13 +91,14 @@ pub fn build(view: &View) -> Result<Box<dyn Look>, RenderError> {
         surface: Surface::default(),
         fire: FireLight::default(),
         light: Vec::new(),
+        flames: Flames::default(),
         post: Post::default(),
     }))
 }
 
 impl Look for Shaded {
     fn draw(&mut self, frame: &Frame, image: &mut RgbImage) -> Result<(), RenderError> {
-        let Self { camera, raster, surface, props, position, triangles, key, fire, light, post } = self;
+        let Self { camera, raster, surface, props, position, triangles, key, fire, light, flames, post } = self;
         surface.gather(frame, camera.target)?;
         props.move_to(frame.time, camera.target);
         position.clone_from(&surface.position);
@@ -112,8 +121,8 @@ impl Look for Shaded {
             time: frame.time as f32,
         };
         raster.draw(camera, position, triangles, &paper, light);
-        specks::add(frame, camera, light, |temperature| ramp(&EMBER, temperature));
-        flames::add(frame, camera, light);
+        specks::add(frame, camera, &raster.depth, light);
+        flames.add(frame, camera, &raster.depth, light);
         post.bloom(light, camera.size);
         post.develop(light, image);
         Ok(())
@@ -151,6 +160,12 @@ fn ramp(stops: &[(f32, Vec3)], x: f32) -> Vec3 {
 fn smooth(from: f32, to: f32, x: f32) -> f32 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+/// Cracks of char, 1 in their middle: where a noise some millimetres wide is nought, and one half as wide.
+fn crackle(rest: Vec3) -> f32 {
+    let line = |width: f32, size: f32| 1.0 - smooth(0.0, width, noise(rest * (1.0 / size)).abs());
+    line(0.10, 0.0034).max(0.7 * line(0.12, 0.0017))
 }
 
 impl Paper<'_> {
@@ -249,15 +264,25 @@ impl Shader for Paper<'_> {
             let within = smooth(-0.22, 0.1, scorch);
             albedo = ramp(&SCORCH, scorch + (0.20 * fringe + 0.16 * cloud) * within) * grain;
         }
-        // Char follows the fuel.
-        let charred = if burnt > 0.0 { smooth(0.04, 0.34, burnt + 0.10 * fringe) } else { 0.0 };
-        let mut ashen = 0.0;
+        // Char follows the fuel: brown while there is fibre left, then black, with cracks as fine as a hair.
+        let by_rate = nodes[0].by_rate;
+        let charred = match by_rate {
+            true => smooth(0.12, 0.72, mix(|n| n.charred) + 0.12 * fringe),
+            false if burnt > 0.0 => smooth(0.04, 0.34, burnt + 0.10 * fringe),
+            false => 0.0,
+        };
+        let (mut ashen, mut cracks) = (0.0, 0.0);
         if charred > 0.0 {
+            cracks = self.visible(0.0012) * crackle(rest) * charred;
             let mottle = 1.0 + 0.45 * fringe;
-            albedo = albedo.lerp(CHAR * mottle.max(0.2), charred);
-            let patches = smooth(0.05, 0.7, fractal(rest * (1.0 / 0.0026) + 31.0, 2, 0.6));
-            ashen = patches * smooth(0.62, 0.97, burnt);
-            albedo = albedo.lerp(ASH, ashen * 0.75);
+            albedo = albedo.lerp(CHAR * (mottle.max(0.2) * (1.0 - 0.7 * cracks)), charred);
+            let patches = fractal(rest * (1.0 / 0.0026) + 31.0, 2, 0.6);
+            ashen = match by_rate {
+                // A film of ash, which comes first where air gets at the char.
+                true => smooth(0.0, 0.6, mix(|n| n.ashed) + 0.25 * patches - 0.05),
+                false => smooth(0.05, 0.7, patches) * smooth(0.62, 0.97, burnt),
+            };
+            albedo = albedo.lerp(ASH * (1.0 - 0.5 * cracks), ashen * 0.75);
         }
 
         // Which way the surface faces; char is crinkled.
@@ -269,7 +294,7 @@ impl Shader for Paper<'_> {
         if charred > 0.0 {
             let p = rest * (1.0 / 0.0022);
             let crinkle = Vec3::new(noise(p + 7.0), noise(p - 13.0), noise(p + 29.0));
-            normal = (normal + crinkle * (0.38 * charred)).normalize_or(normal);
+            normal = (normal + crinkle * (0.55 * charred)).normalize_or(normal);
         }
 
         // Two-sided: what falls on the far side comes through as far as the paper is still pale.
@@ -292,12 +317,18 @@ impl Shader for Paper<'_> {
             colour += KEY * (sheen * lit);
         }
 
-        // Embers: only what burns now, most of it close to the edge it burns back from.
+        // Embers: what burns now, most of it close to the edge it burns back from.
         if glow > 0.0 {
             let flicker = noise(rest * (1.0 / 0.003) + Vec3::splat(self.time * 5.0));
             let close = smooth(0.40, 0.86, burnt + 0.16 * fringe + 0.06 * flicker);
             let strength = glow * (close * (0.62 + 0.75 * flicker).max(0.06) * (1.0 - 0.4 * ashen) + 0.015);
             colour += ramp(&EMBER, temperature + 90.0 * flicker) * strength.max(0.0);
+        }
+        // Char that burns shines by its temperature, which differs from pore to pore, and through its cracks; ash hides it.
+        if by_rate && temperature > GLOWS {
+            let uneven = noise(rest * (1.0 / 0.0016) + Vec3::splat(self.time * 4.0)) + 0.8 * fringe;
+            let seen = EMISSIVITY * charred * (1.0 - 0.6 * ashen * (1.0 - cracks));
+            colour += black_body(temperature + UNEVEN * uneven + 0.5 * UNEVEN * cracks) * seen;
         }
         colour.into()
     }

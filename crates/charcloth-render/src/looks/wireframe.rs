@@ -6,7 +6,7 @@ use crate::error::RenderError;
 use crate::image::RgbImage;
 use crate::post::{Post, decode, plain};
 use crate::raster::{Fragment, Raster, Shader};
-use crate::surface::{SCORCH_ENDS, Surface};
+use crate::surface::{SCORCH, Surface};
 use charcloth::frame::Frame;
 use glam::{Vec3, Vec3A};
 
@@ -108,7 +108,7 @@ impl Shader for Lines<'_> {
 
 /// Slate while cold, amber to orange as it heats, red where it burns, black once burnt.
 fn line_colour(temperature: f32, burnt: f32, glow: f32) -> Vec3 {
-    let heat = ((temperature - 310.0) / (SCORCH_ENDS as f32 - 310.0)).clamp(0.0, 1.0);
+    let heat = ((temperature - 310.0) / (SCORCH[1] as f32 - 310.0)).clamp(0.0, 1.0);
     let (cold, warm, hot) = (decode([72, 92, 116]), decode([214, 148, 52]), decode([224, 86, 20]));
     let heated = if heat < 0.5 { cold.lerp(warm, heat * 2.0) } else { warm.lerp(hot, heat * 2.0 - 1.0) };
     let charred = heated.lerp(decode([24, 20, 20]), (burnt * 1.3).min(1.0));
