@@ -19,7 +19,8 @@ def panel(axis, scene, label, factor=lambda x: 1, quantity="speed [mm/s]", logar
     burns = [(x, v * factor(x)) for x, v in rows[scene] if v == v]
     out = [x for x, v in rows[scene] if v != v]
     axis.plot(*zip(*burns), "o-", ms=3)
-    axis.plot(out, [0] * len(out), "x", color="black", clip_on=False, zorder=5)
+    if out:
+        axis.plot(out, [0] * len(out), "x", color="black", clip_on=False, zorder=5)
     axis.set_xlabel(label)
     axis.set_ylabel(quantity)
     if "x" in logarithmic:
