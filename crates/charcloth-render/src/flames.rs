@@ -1,7 +1,7 @@
 //! Light of flames: the soft puffs of [`charcloth::tongues`], blue at the root, yellow, and orange at the tip.
 //!
 //! Model: puffs are gathered into how much flame there is along the line of sight of each pixel. Where there is any, soot
-//! shines as a black body of its temperature ([`crate::glow`]) does, times the little that so thin a flame emits of that
+//! shines as a black body of its temperature (`glow.rs`) does, times the little that so thin a flame emits of that
 //! (Eq. 14.4: kappa delta); it is hottest in the body and cools towards the tip, which so turns orange and fades. The foot
 //! has no soot yet and is blue. What is in front hides flames; flames hide nothing. Valid when: for pictures. Cost: some
 //! hundred pixels a puff.
