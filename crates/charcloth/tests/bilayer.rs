@@ -2,14 +2,11 @@
 
 mod common;
 
-use charcloth::effects::SpringFactors;
 use charcloth::frame::node_normals;
-use charcloth::integrators::{INTEGRATORS, Step};
-use charcloth::kernels::VectorUnit;
 use charcloth::scene::{Region, Shape};
 use charcloth::sheet::SheetState;
 use charcloth::units::*;
-use common::{build, sheet};
+use common::{Settler, build, sheet};
 use glam::{DVec2, DVec3};
 
 /// A strip clamped at its left end that settles under a curvature without force along its length [1/m]; the turn of its
@@ -23,43 +20,16 @@ fn settled_curvature(free: f64) -> f64 {
     let hold = Region { low: [-1.0, -1.0, -1.0].map(Length), high: [Length(-0.0179), Length(1.0), Length(1.0)] };
     scene.pin.push(charcloth::scene::Pin { region: Some(hold), ..Default::default() });
     let mut state: SheetState = build(&scene).state().clone();
-    let (springs, triangles) = (state.springs.len(), state.triangles.len());
-    let mut factors = SpringFactors {
-        stiffness: vec![1.0; springs],
-        tension: vec![0.0; springs],
-        drag: vec![0.0; springs],
-        triangle: vec![1.0; triangles],
-        free_strain: vec![DVec2::ZERO; triangles],
-        free_curvature: vec![DVec2::ZERO; triangles],
-        ..SpringFactors::default()
-    };
-    let nodes = state.motion.len();
-    // Drag settles it.
-    let forces = charcloth::effects::Forces {
-        force: vec![DVec3::ZERO; nodes],
-        drag: vec![2e-5; nodes],
-        air_mass: vec![0.0; nodes],
-    };
-    let row = INTEGRATORS.iter().find(|row| row.name == "implicit").unwrap();
-    let mut integrator = (row.item)(&scene);
+    let mut settler = Settler::new(&scene, &state, 2e-5);
     for k in 0..400 {
         // Slowly, or it rolls up and catches on another shape.
-        factors.free_curvature.fill(DVec2::new(free * (f64::from(k) / 200.0).min(1.0), 0.0));
-        let step = Step {
-            factors: &factors,
-            forces: &forces,
-            dt: 5e-3,
-            substeps: None,
-            topology: 0,
-            unit: VectorUnit::best(),
-            parallel: false,
-        };
-        integrator.advance(&mut state, &step);
+        settler.factors.free_curvature.fill(DVec2::new(free * (f64::from(k) / 200.0).min(1.0), 0.0));
+        settler.advance(&mut state);
     }
     let normals = node_normals(&state.motion.position, &state.triangles);
     let near = |x: f64| {
         let distance = |i: &usize| (state.motion.rest_position[*i] - DVec3::new(x, 0.0, 0.0)).length();
-        (0..nodes).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap()
+        (0..state.motion.len()).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap()
     };
     let (from, to) = (near(-0.010), near(0.010));
     let turn = normals[from].cross(normals[to]).y.atan2(normals[from].dot(normals[to]));

@@ -393,7 +393,10 @@ impl Physical {
         self.conduction.conduct(&state.burn.temperature, &self.layout, &self.awake.nodes, &mut self.conducted);
         let SheetState { burn, front, back, .. } = &*state;
         let temperature = [front.temperature.as_slice(), &back.temperature];
-        self.nearby.trade(temperature, &burn.area, self.emissivity, self.room.temperature);
+        let faces = [front, back];
+        let capacity =
+            |face: usize, i: usize| self.chemistry.heat_capacity(&masses(faces[face], i), faces[face].temperature[i]);
+        self.nearby.trade(temperature, capacity, &burn.area, [self.emissivity, self.room.temperature, dt]);
         self.gather(state);
         let (chemistry, board) = (&self.chemistry, self.board.as_ref());
         let of_chunk = |chunk: &mut [Work]| chunk.iter_mut().for_each(|work| work.advance(chemistry, board, dt));

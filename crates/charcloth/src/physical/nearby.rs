@@ -40,6 +40,8 @@ pub(super) struct Nearby {
     live: Vec<u32>,
     /// Heat into each face [W].
     heat: PerFace<f64>,
+    /// Number of those pairs at each face.
+    partners: PerFace<f64>,
     /// Nodes that it reaches or comes from, some more than once.
     pub reached: Vec<u32>,
     /// Whether a node is to be awake for what lies before it.
@@ -101,9 +103,9 @@ impl Nearby {
             open[usize::from(pair.face)][pair.node as usize] *= part;
             self.pairs.push(pair);
         }
-        for heat in &mut self.heat {
-            heat.clear();
-            heat.resize(count, 0.0);
+        for column in self.heat.iter_mut().chain(&mut self.partners) {
+            column.clear();
+            column.resize(count, 0.0);
         }
         self.stirred.clear();
         self.stirred.resize(count, false);
@@ -135,13 +137,17 @@ impl Nearby {
     pub fn wake(&mut self, temperature: [&[f64]; FACES], room: f64) {
         for i in self.reached.drain(..) {
             self.stirred[i as usize] = false;
-            self.heat.iter_mut().for_each(|heat| heat[i as usize] = 0.0);
+            self.heat.iter_mut().chain(&mut self.partners).for_each(|column| column[i as usize] = 0.0);
         }
         self.live.clear();
         let hot = |i: u32, face: u8| i != NONE && (temperature[usize::from(face)][i as usize] - room).abs() > COLD;
         for (k, pair) in self.pairs.iter().enumerate() {
             if hot(pair.node, pair.face) || hot(pair.other, pair.other_face) {
                 self.live.push(k as u32);
+                self.partners[usize::from(pair.face)][pair.node as usize] += 1.0;
+                if pair.other != NONE {
+                    self.partners[usize::from(pair.other_face)][pair.other as usize] += 1.0;
+                }
                 for i in [pair.node, pair.other].into_iter().filter(|i| *i != NONE) {
                     self.stirred[i as usize] = true;
                     self.reached.push(i);
@@ -160,8 +166,16 @@ impl Nearby {
         self.heat[face].get(node).copied().unwrap_or(0.0)
     }
 
-    /// Lets heat flow (Eq. 15.11): what one face gives, the other gets; a plane stays at the temperature of the room.
-    pub fn trade(&mut self, temperature: [&[f64]; FACES], area: &[f64], emissivity: f64, room: f64) {
+    /// Lets heat flow for a step [s] (Eq. 15.11): what one face gives, the other gets; a plane stays at the temperature of the
+    /// room. `capacity` is that of a face of a node [J/K], of which each of its pairs has an equal part, and with that goes to
+    /// its end as two bodies do by themselves: so no face gets hotter or colder than those around it, in any step.
+    pub fn trade(
+        &mut self,
+        temperature: [&[f64]; FACES],
+        capacity: impl Fn(usize, usize) -> f64,
+        area: &[f64],
+        [emissivity, room, dt]: [f64; 3],
+    ) {
         let grey = 1.0 / (2.0 / emissivity - 1.0);
         for k in &self.live {
             let Pair { node, face, other, other_face, gap } = self.pairs[*k as usize];
@@ -169,17 +183,26 @@ impl Nearby {
             let here = temperature[face][node];
             let there = if other == NONE { room } else { temperature[other_face][other as usize] };
             let radiation = grey * STEFAN_BOLTZMANN * (here * here + there * there) * (here + there);
-            let exchange = conductivity(0.5 * (here + there)) / gap.max(CLOSED) + radiation;
-            let heat = area[node] * exchange * (there - here);
+            let exchange = area[node] * (conductivity(0.5 * (here + there)) / gap.max(CLOSED) + radiation);
+            let own = capacity(face, node) / self.partners[face][node];
             if other == NONE {
-                self.heat[face][node] += heat;
+                self.heat[face][node] += until(exchange, own, dt) * (there - here);
             } else {
+                let theirs = capacity(other_face, other as usize) / self.partners[other_face][other as usize];
+                let both = own * theirs / (own + theirs).max(f64::MIN_POSITIVE);
                 // Seen from both sides, each counts for half.
-                self.heat[face][node] += 0.5 * heat;
-                self.heat[other_face][other as usize] -= 0.5 * heat;
+                let heat = until(0.5 * exchange, both, dt) * (there - here);
+                self.heat[face][node] += heat;
+                self.heat[other_face][other as usize] -= heat;
             }
         }
     }
+}
+
+/// Mean exchange [W/K] over a step of what exchanges so much, with a heat capacity [J/K] that limits it, by the first difference of
+/// temperature.
+fn until(exchange: f64, capacity: f64, dt: f64) -> f64 {
+    -capacity / dt * (-exchange * dt / capacity.max(f64::MIN_POSITIVE)).exp_m1()
 }
 
 fn cell(point: DVec3, side: f64) -> I64Vec3 {
@@ -229,6 +252,7 @@ mod tests {
         Nearby {
             pairs: vec![towards, back],
             heat: [vec![0.0; 2], vec![0.0; 2]],
+            partners: [vec![0.0; 2], vec![0.0; 2]],
             stirred: vec![false; 2],
             ..Nearby::default()
         }
@@ -242,14 +266,22 @@ mod tests {
         nearby.wake(temperature, 293.15);
         assert_eq!(nearby.reached, [0, 1, 1, 0]);
         assert!(nearby.stirs(0) && nearby.stirs(1));
-        nearby.trade(temperature, &[1e-6, 2e-6], 1.0, 293.15);
-        // Each side sees an area of its own; the mean is what crosses.
+        nearby.trade(temperature, |_, _| 1.0, &[1e-6, 2e-6], [1.0, 293.15, 1e-9]);
+        // Each side sees an area of its own; the mean is what crosses, in a step too short for it to matter.
         let exchange = conductivity(0.5 * (800.0 + 293.15)) / 1e-3
             + STEFAN_BOLTZMANN * (800.0f64.powi(2) + 293.15f64.powi(2)) * (800.0 + 293.15);
         let expected = 1.5e-6 * exchange * (800.0 - 293.15);
         assert!((nearby.heat(1, 1) / expected - 1.0).abs() < 1e-12, "{} W", nearby.heat(1, 1));
         assert_eq!(nearby.heat(0, 0), -nearby.heat(1, 1));
         assert_eq!([nearby.heat(0, 1), nearby.heat(1, 0)], [0.0; 2]);
+        // However long the step and light the faces, they meet at the mean by their capacities, and get no farther.
+        let capacity = |face: usize, node: usize| if (face, node) == (0, 0) { 2e-9 } else { 1e-9 };
+        nearby.wake(temperature, 293.15);
+        nearby.trade(temperature, capacity, &[1e-6, 2e-6], [1.0, 293.15, 0.014]);
+        let met =
+            |face: usize, node: usize| temperature[face][node] + nearby.heat(face, node) * 0.014 / capacity(face, node);
+        let mean = (2.0 * 800.0 + 293.15) / 3.0;
+        assert!((met(0, 0) - mean).abs() < 1e-6 && (met(1, 1) - mean).abs() < 1e-6, "{} {}", met(0, 0), met(1, 1));
         // Once cold, nothing flows and nobody is called.
         nearby.wake([&[293.15; 2], &[293.15; 2]], 293.15);
         assert_eq!(nearby.reached.len(), 0);

@@ -1,13 +1,16 @@
 //! What several tests need: small sheets, and a state in the middle of everything.
 #![allow(dead_code)] // no test file uses all of it
 
+use charcloth::effects::{Forces, SpringFactors};
+use charcloth::integrators::{INTEGRATORS, Integrator, Step};
+use charcloth::kernels::VectorUnit;
 use charcloth::mesh::SurfaceMesh;
 use charcloth::random::Random;
 use charcloth::scene::{Scene, Shape};
 use charcloth::sheet::SheetState;
 use charcloth::simulation::{Inputs, Simulation};
 use charcloth::units::*;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A rectangle in metres, nothing lit and nothing held.
 pub fn sheet(shape: Shape, width: f64, height: f64, spacing: f64) -> Scene {
@@ -22,6 +25,50 @@ pub fn sheet(shape: Shape, width: f64, height: f64, spacing: f64) -> Scene {
 /// Builds a scene that needs no files.
 pub fn build(scene: &Scene) -> Simulation {
     Simulation::build(scene, &Inputs::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The integrator `implicit` by itself, on a sheet that drag settles: what changes its rest shape is for the test to say.
+pub struct Settler {
+    /// The integrator.
+    pub integrator: Box<dyn Integrator>,
+    /// Of a sheet that nothing has happened to.
+    pub factors: SpringFactors,
+    forces: Forces,
+}
+
+impl Settler {
+    /// With a drag on each node [kg/s].
+    pub fn new(scene: &Scene, state: &SheetState, drag: f64) -> Self {
+        let (nodes, springs, triangles) = (state.motion.len(), state.springs.len(), state.triangles.len());
+        let row = INTEGRATORS.iter().find(|row| row.name == "implicit").unwrap();
+        Self {
+            integrator: (row.item)(scene),
+            factors: SpringFactors {
+                stiffness: vec![1.0; springs],
+                tension: vec![0.0; springs],
+                drag: vec![0.0; springs],
+                triangle: vec![1.0; triangles],
+                free_strain: vec![DVec2::ZERO; triangles],
+                free_curvature: vec![DVec2::ZERO; triangles],
+                ..SpringFactors::default()
+            },
+            forces: Forces { force: vec![DVec3::ZERO; nodes], drag: vec![drag; nodes], air_mass: vec![0.0; nodes] },
+        }
+    }
+
+    /// Makes a step of 5 ms.
+    pub fn advance(&mut self, state: &mut SheetState) {
+        let step = Step {
+            factors: &self.factors,
+            forces: &self.forces,
+            dt: 5e-3,
+            substeps: None,
+            topology: 0,
+            unit: VectorUnit::best(),
+            parallel: false,
+        };
+        self.integrator.advance(state, &step);
+    }
 }
 
 /// The scene with its sheet given as a mesh.
