@@ -8,7 +8,6 @@ Needs numpy; Blender's cloth needs a Python that has bpy 5.0.1.
 """
 
 import argparse
-import csv
 import json
 import resource
 import shutil
@@ -16,6 +15,7 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
+from work_precision import rounded, write
 
 SIDE = 0.21
 STIFFNESS = 200.0  # [N/m]
@@ -70,7 +70,7 @@ shape = "plane"
 """
 
 
-def run(arguments, command):
+def run(command):
     """What a command prints, and its processor time [s]."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -88,7 +88,7 @@ def summary(arguments, path, frames):
     folder = Path(arguments.scratch) / "run"
     shutil.rmtree(folder, ignore_errors=True)
     command = [arguments.charcloth, "run", path, "--frames", str(frames), "--no-movie", "-q", "-o", str(folder)]
-    run(arguments, [*command, "--threads", str(arguments.threads)])
+    run([*command, "--threads", str(arguments.threads)])
     return json.loads((folder / "summary.json").read_text())
 
 
@@ -105,7 +105,7 @@ def find(tree, key):
 def charcloth(arguments, mesh, step, newton):
     path = scene(arguments, mesh, frames=arguments.frames, step=step, newton=newton)
     command = [arguments.charcloth, "bench", path, "--frames", str(arguments.frames), "--threads", str(arguments.threads)]
-    out, processor = run(arguments, command)
+    out, processor = run(command)
     number = lambda key: float(out.split(f"{key}=")[1].split()[0])
     told = summary(arguments, path, arguments.frames)
     return {
@@ -166,7 +166,7 @@ def blender(arguments, mesh, places, triangles, quality, tension):
     # Half the pitch, at most a millimetre: nearer than that its self-collision pushes neighbours apart.
     distance = min(1e-3, 0.5 * SIDE / arguments.segments)
     command = [arguments.blender, "-c", BLENDER, scratch / "sheet.npz", quality, arguments.frames, tension, mass, distance]
-    out, _ = run(arguments, [*map(str, command), str(scratch / "blender.npy")])
+    out, _ = run([*map(str, command), str(scratch / "blender.npy")])
     result = json.loads(out.split("RESULT ")[1].splitlines()[0])
     frames = np.load(scratch / "blender.npy")
     edges = np.unique(np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]]]), axis=1), axis=0)
@@ -199,12 +199,9 @@ def main():
 
     def note(program, setting, figures):
         row = {"program": program, "segments": arguments.segments, "setting": setting, **figures}
-        rows.append({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()})
+        rows.append(rounded(row))
         print(rows[-1], flush=True)
-        with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, rows[0].keys(), restval="", lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
+        write(rows, arguments.csv)
 
     for step, newton in [(14, 1e-2), (7, 1e-3)]:
         note("charcloth", f"{step} ms, {newton}", charcloth(arguments, mesh, step, newton))

@@ -121,7 +121,7 @@ def compare_steps(arguments):
             off = np.linalg.norm(points - reference, axis=-1)
             errors = {"sheet_rms_mm": 1e3 * float(np.sqrt((off**2).mean())), "sheet_max_mm": 1e3 * float(off.max())}
             row = {"scene": Path(arguments.scene).stem, "segments": segments, "setting": setting, **timed, **errors}
-            rows.append({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()})
+            rows.append(rounded(row))
             print(rows[-1], flush=True)
         write(rows, arguments.csv)
     return rows
@@ -227,6 +227,11 @@ def run_pypbd(arguments, segments, frames, substeps, folder):
     return grid, result
 
 
+def rounded(row):
+    """A row with four digits of each number."""
+    return {key: float(f"{value:.4g}") if isinstance(value, float) else value for key, value in row.items()}
+
+
 def write(rows, path):
     """The table so far: runs are long."""
     with open(path, "w", newline="", encoding="utf-8") as file:
@@ -242,7 +247,7 @@ def collect(arguments):
     def note(program, segments, setting, timed, compared):
         row = {"program": program, "segments": segments, "setting": setting, **timed, **compared}
         row = {key: row[key] for key in COLUMNS if key in row}
-        rows.append({key: float(f"{value:.4g}") if isinstance(value, float) else value for key, value in row.items()})
+        rows.append(rounded(row))
         print(rows[-1], flush=True)
         write(rows, arguments.csv)
 
