@@ -25,7 +25,7 @@ pub enum Error {
     },
     /// The state stopped being finite.
     #[error(
-        "{field} of node {node} is no longer a finite number at {time:.6} s (frame {frame}); \
+        "{field} of node {node} has grown past all bounds at {time:.6} s (frame {frame}); \
          likeliest cause: {cause}; the frames before it are kept"
     )]
     NotFinite {

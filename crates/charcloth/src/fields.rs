@@ -52,11 +52,12 @@ impl Data<'_> {
         self.len() == 0
     }
 
-    /// The first row with a number that is not finite.
-    pub fn first_not_finite(&self) -> Option<usize> {
+    /// The first row with a number that is not finite, or as large as `limit`.
+    pub fn first_beyond(&self, limit: f64) -> Option<usize> {
+        let beyond = |v: &f64| v.abs() >= limit || v.is_nan();
         match self {
-            Data::F64(d) => d.iter().position(|v| !v.is_finite()),
-            Data::F64x3(d) => d.iter().position(|v| !v.is_finite()),
+            Data::F64(d) => d.iter().position(beyond),
+            Data::F64x3(d) => d.iter().position(|v| v.to_array().iter().any(beyond)),
             Data::F32x3x2(d) => d.iter().position(|v| !v.iter().all(|p| p.is_finite())),
             _ => None,
         }

@@ -23,11 +23,16 @@ pub fn energy_error(state: &SheetState, burning: &Burning) -> Option<f64> {
     Some((is_there + went_out - went_in).abs() / went_in.abs().max(f64::MIN_POSITIVE))
 }
 
-/// Stops the run where a state column holds a number that is not finite, at the end of the frame it came up in.
+/// Temperature that no flame has [K]: a run that gets there has left the ground of its models, though it may still count.
+const NO_FLAME: f64 = 1e5;
+
+/// Stops the run where a state column holds a number that is not finite, or a temperature that is no temperature, at the
+/// end of the frame it came up in.
 pub fn check_finite(state: &SheetState, cause: impl Fn(&str) -> String) -> Result<(), Error> {
     for (_, columns) in state.tables() {
         for column in columns {
-            if let Some(node) = column.data.first_not_finite() {
+            let limit = if column.unit == "K" { NO_FLAME } else { f64::INFINITY };
+            if let Some(node) = column.data.first_beyond(limit) {
                 return Err(Error::NotFinite {
                     field: column.name,
                     node,

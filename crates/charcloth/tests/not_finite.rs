@@ -63,3 +63,15 @@ fn the_substeps_a_warning_asks_for_are_enough() {
     simulation.run(1, &mut Kept::default()).unwrap();
     assert!(simulation.warnings().is_empty(), "{:?}", simulation.warnings());
 }
+
+#[test]
+fn a_temperature_that_is_none_stops_the_run_though_it_is_a_number() {
+    let mut scene = sheet(Shape::Unstructured, 0.05, 0.04, 0.004);
+    scene.fire.heat_of_combustion = SpecificEnergy(1e12);
+    scene.ignite.push(Ignite { corner: Some(Corner::BottomLeft), radius: Length(0.01), ..Ignite::default() });
+    let mut simulation = build(&scene);
+    let error = simulation.run(48, &mut Kept::default()).unwrap_err();
+    let Error::NotFinite { field, ref cause, .. } = error else { panic!("{error}") };
+    assert!(field == "temperature" || field == "peak_temperature", "{field}");
+    assert!(cause.contains("fire.heat_of_combustion"), "{cause}");
+}

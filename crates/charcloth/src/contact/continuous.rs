@@ -21,6 +21,10 @@ const LEAST_GAP: f64 = 1e-5;
 /// Share of its distance that a pair keeps in one move towards each other. // tuned: 0.1 to 0.5
 pub(super) const APPROACH: f64 = 0.2;
 
+/// Relative motion, over the distance at the start, up to which no pair approaches by that measure: what it would have to
+/// lose is `1 - APPROACH - LEFT (1 - APPROACH)` of its distance at least.
+const AMPLE: f64 = 0.99 * (1.0 - APPROACH) * (1.0 - LEFT);
+
 /// Distance at which two features count as having met when we ask only whether they did [m].
 /// tuned: above the rounding of positions within a kilometre, far below any thickness
 const TOUCH: f64 = 1e-9;
@@ -77,6 +81,27 @@ impl Goal {
     }
 }
 
+/// Whether a pair cannot lose so much of its distance that it counts as an approach, by the distance [m] that each of its
+/// nodes keeps from anything at the start: that of the pair is no less.
+pub(super) fn cannot_approach(kind: Kind, clearance: [f64; 4], before: [DVec3; 4], after: [DVec3; 4]) -> bool {
+    let least = clearance.into_iter().fold(0.0, f64::max);
+    fastest(kind, &std::array::from_fn(|k| after[k] - before[k])) <= AMPLE * least
+}
+
+/// Greatest relative motion of two nodes of different features, which bounds that of any two points [m].
+fn fastest(kind: Kind, motion: &[DVec3; 4]) -> f64 {
+    let relative = |[i, j]: &[usize; 2]| (motion[*i] - motion[*j]).length_squared();
+    across(kind).iter().map(relative).fold(0.0, f64::max).sqrt()
+}
+
+/// Pairs of nodes of different features.
+fn across(kind: Kind) -> &'static [[usize; 2]] {
+    match kind {
+        Kind::VertexFace => &[[0, 1], [0, 2], [0, 3]],
+        Kind::EdgeEdge => &[[0, 2], [0, 3], [1, 2], [1, 3]],
+    }
+}
+
 /// When a pair first meets, if it does before `last`, as share of the way; with the closest points then.
 pub(super) fn time_of_impact(
     kind: Kind,
@@ -85,13 +110,8 @@ pub(super) fn time_of_impact(
     goal: Goal,
     last: f64,
 ) -> Option<(f64, DVec3, [f64; 4])> {
-    let pairs: &[[usize; 2]] = match kind {
-        Kind::VertexFace => &[[0, 1], [0, 2], [0, 3]],
-        Kind::EdgeEdge => &[[0, 2], [0, 3], [1, 2], [1, 3]],
-    };
     let motion: [DVec3; 4] = std::array::from_fn(|k| after[k] - before[k]);
-    let speed_squared = |[i, j]: &[usize; 2]| (motion[*i] - motion[*j]).length_squared();
-    let speed = pairs.iter().map(speed_squared).fold(0.0, f64::max).sqrt();
+    let speed = fastest(kind, &motion);
     let closest = |x: [DVec3; 4]| match kind {
         Kind::VertexFace => {
             let closest = vertex_triangle(x[0], [x[1], x[2], x[3]]);
@@ -113,7 +133,7 @@ pub(super) fn time_of_impact(
         }
         let normal = offset / distance;
         let mut along = f64::INFINITY;
-        for [i, j] in pairs {
+        for [i, j] in across(kind) {
             let relative = motion[*i] - motion[*j];
             let apart = normal.dot((before[*i] - before[*j]) + time * relative);
             let rate = normal.dot(relative);

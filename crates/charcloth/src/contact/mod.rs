@@ -25,7 +25,7 @@ pub use proximity::{Kind, Proximity};
 pub use surface::{Body, Rows, Surface};
 
 use crate::error::Error;
-use continuous::{Goal, time_of_impact};
+use continuous::{Goal, cannot_approach, time_of_impact};
 use glam::DVec3;
 use proximity::Nearest;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -48,6 +48,9 @@ pub struct Contacts {
     nearest: Nearest,
     proximities: Vec<Proximity>,
     safe_displacement: Vec<f64>,
+    /// Where the last query of proximities was, and how far each vertex, with all it carries, was from anything [m].
+    detected_at: Vec<DVec3>,
+    clearance: Vec<f64>,
     impacts: Vec<Impact>,
     intersections: Vec<Intersection>,
     triangle_pairs: Vec<[u32; 2]>,
@@ -138,9 +141,12 @@ impl Contacts {
             proximity::edges(surface, positions, nearest, reach_squared, e, f)
         });
         walk.gather(proximities);
+        self.clearance.clear();
+        self.clearance.extend((0..surface.node_count()).map(|i| nearest.of(i).sqrt()));
+        self.detected_at.clear();
+        self.detected_at.extend_from_slice(positions);
         self.safe_displacement.clear();
-        let bounds = (0..surface.node_count()).map(|i| SAFE_SHARE * nearest.of(i).sqrt());
-        self.safe_displacement.extend(bounds);
+        self.safe_displacement.extend(self.clearance.iter().map(|distance| SAFE_SHARE * distance));
         (&self.proximities, &self.safe_displacement)
     }
 
@@ -158,7 +164,8 @@ impl Contacts {
     }
 
     /// Every pair that on straight paths between two sets of positions [m] loses most of its distance, or of `radius` [m]
-    /// where that is less: up to the first of these, nothing passes through. In the order of [`Self::proximities`].
+    /// where that is less: up to the first of these, nothing passes through. In the order of [`Self::proximities`]. Faster
+    /// from where proximities were last asked for: what is far apart there for its speed is then left aside.
     pub fn approaches(&mut self, before: &[DVec3], after: &[DVec3], radius: f64) -> &[Impact] {
         self.impacts(before, after, Goal::Approach(radius))
     }
@@ -185,11 +192,17 @@ impl Contacts {
             Goal::Tell => 0.0,
         };
         self.refit(before, after, reach);
+        let clearance = std::mem::take(&mut self.clearance);
+        let known = matches!(goal, Goal::Approach(_)) && self.detected_at == before;
         self.walk_paths(before, after, |kind, features, nodes, start, end| {
+            if known && cannot_approach(kind, nodes.map(|i| clearance[i as usize]), start, end) {
+                return None;
+            }
             let (time, offset, weights) = time_of_impact(kind, start, end, goal, 1.0)?;
             let (distance, normal) = (offset.length(), offset.normalize_or_zero());
             Some(Impact { kind, features, nodes, time, weights, distance, normal })
         });
+        self.clearance = clearance;
         &self.impacts
     }
 

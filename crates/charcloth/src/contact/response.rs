@@ -389,25 +389,18 @@ impl Response {
         }
     }
 
-    /// Adds the derivatives of forces, times `scale`, to a matrix: within features to its blocks, the rest as couplings.
-    pub fn assemble(&self, matrix: &mut StepMatrix, scale: f64) {
-        let StepMatrix { pattern, blocks, couplings, .. } = matrix;
+    /// Puts the derivatives of forces, times `scale`, into a matrix as its couplings.
+    pub fn couple(&self, matrix: &mut StepMatrix, scale: f64) {
+        let StepMatrix { couplings, .. } = matrix;
         couplings.clear();
         for term in self.terms.iter().filter(|term| term.acts) {
             let free = |k: usize| (term.nodes[k] as usize) < self.count && self.free[term.nodes[k] as usize];
-            let coupling = Coupling {
-                nodes: term.nodes,
+            couplings.push(Coupling {
+                // Nodes of the scenery are in no row of the matrix.
+                nodes: std::array::from_fn(|k| if free(k) { term.nodes[k] } else { 0 }),
                 weights: std::array::from_fn(|k| if free(k) { term.weights[k] } else { 0.0 }),
-                split: term.split,
                 block: term.block * scale,
-            };
-            for [k, l] in coupling.within() {
-                // Nodes of a feature share a triangle, and the pattern has all of those.
-                if let Some(block) = pattern.find(term.nodes[k] as usize, term.nodes[l]) {
-                    blocks[block] += coupling.block * (coupling.weights[k] * coupling.weights[l]);
-                }
-            }
-            couplings.push(coupling);
+            });
         }
         couplings.index(self.count);
     }

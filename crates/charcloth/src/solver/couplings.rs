@@ -1,37 +1,19 @@
 //! Ties between nodes that the pattern of a step's matrix does not join: what contact adds to it.
 //!
-//! Each tie is a symmetric block between two groups of nodes, by weights. Its parts within a group are in the blocks of
-//! the matrix, where the preconditioner sees them; here is what crosses from one group to the other. Rows gather, in
-//! the order of the ties. Cost: about 20 ns a node of a tie and product.
+//! Each is a symmetric block that meets a weighted sum of nodes: the distance of two points, or of one from what is held.
+//! Rows gather, in the order of the ties. Cost: about 20 ns a node of a tie and product.
 
 use glam::{DMat3, DVec3};
 
-/// A block between two groups of nodes.
+/// A block that meets a weighted sum of nodes.
 #[derive(Debug, Clone, Copy)]
 pub struct Coupling {
-    /// Nodes of the first group, then of the second.
+    /// Nodes of the sum.
     pub nodes: [u32; 4],
     /// Weight of each node; 0 for one that takes no part.
     pub weights: [f64; 4],
-    /// Number of nodes in the first group.
-    pub split: usize,
     /// The block.
     pub block: DMat3,
-}
-
-impl Coupling {
-    fn group(&self, k: usize) -> std::ops::Range<usize> {
-        if k < self.split { 0..self.split } else { self.split..4 }
-    }
-
-    fn other(&self, k: usize) -> std::ops::Range<usize> {
-        if k < self.split { self.split..4 } else { 0..self.split }
-    }
-
-    /// Pairs of places within a group, both with a weight.
-    pub fn within(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
-        (0..4).flat_map(|k| self.group(k).map(move |l| [k, l])).filter(|p| p.iter().all(|k| self.weights[*k] != 0.0))
-    }
 }
 
 /// Ties, and where each node takes part.
@@ -54,6 +36,11 @@ impl Couplings {
         self.ties.is_empty()
     }
 
+    /// All of them, in the order they were added.
+    pub fn ties(&self) -> &[Coupling] {
+        &self.ties
+    }
+
     /// Adds a tie.
     pub fn push(&mut self, tie: Coupling) {
         self.ties.push(tie);
@@ -63,10 +50,8 @@ impl Couplings {
     pub fn index(&mut self, rows: usize) {
         let Self { ties, first, entries } = self;
         let places = |tie: &Coupling| {
-            let there = |range: std::ops::Range<usize>| tie.weights[range].iter().any(|w| *w != 0.0);
-            let both = there(0..tie.split) && there(tie.split..4);
             let (nodes, weights) = (tie.nodes, tie.weights);
-            (0..4).filter(move |k| both && weights[*k] != 0.0).map(move |k| (nodes[k] as usize, k))
+            (0..4).filter(move |k| weights[*k] != 0.0).map(move |k| (nodes[k] as usize, k))
         };
         first.clear();
         first.resize(rows + 2, 0);
@@ -92,11 +77,11 @@ impl Couplings {
         let mut sum = DVec3::ZERO;
         for entry in &self.entries[self.first[i] as usize..self.first[i + 1] as usize] {
             let (tie, k) = (&self.ties[*entry as usize / 4], *entry as usize % 4);
-            let mut across = DVec3::ZERO;
-            for l in tie.other(k) {
-                across += x[tie.nodes[l] as usize] * tie.weights[l];
+            let mut met = DVec3::ZERO;
+            for l in 0..4 {
+                met += x[tie.nodes[l] as usize] * tie.weights[l];
             }
-            sum += tie.block * across * tie.weights[k];
+            sum += tie.block * met * tie.weights[k];
         }
         sum
     }
@@ -107,13 +92,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_those_of_the_whole_block_less_what_stays_within_a_group() {
+    fn rows_add_up_to_what_each_block_makes_of_its_sum() {
         let block = DMat3::from_cols(DVec3::new(2.0, 0.5, 0.0), DVec3::new(0.5, 1.0, 0.0), DVec3::Z);
-        let tie = |nodes, weights, split| Coupling { nodes, weights, split, block };
+        let tie = |nodes, weights| Coupling { nodes, weights, block };
         let ties = [
-            tie([1, 4, 2, 0], [1.0, -0.25, -0.5, -0.25], 1),
-            tie([3, 2, 4, 0], [0.3, 0.7, -0.9, -0.1], 2),
-            tie([2, 0, 0, 0], [1.0, 0.0, 0.0, 0.0], 1),
+            tie([1, 4, 2, 0], [1.0, -0.25, -0.5, -0.25]),
+            tie([3, 2, 4, 0], [0.3, 0.7, -0.9, -0.1]),
+            tie([2, 0, 0, 0], [1.0, 0.0, 0.0, 0.0]),
         ];
         let x: Vec<DVec3> = (0..5).map(|i| DVec3::new(i as f64, 1.0 - i as f64, (i * i) as f64)).collect();
         let mut expected = [DVec3::ZERO; 5];
@@ -123,10 +108,6 @@ mod tests {
             let sum: DVec3 = (0..4).map(|k| x[tie.nodes[k] as usize] * tie.weights[k]).sum();
             for k in 0..4 {
                 expected[tie.nodes[k] as usize] += block * sum * tie.weights[k];
-            }
-            for [k, l] in tie.within() {
-                let there = x[tie.nodes[l] as usize] * tie.weights[l];
-                expected[tie.nodes[k] as usize] -= block * there * tie.weights[k];
             }
         }
         couplings.index(5);

@@ -8,6 +8,7 @@
 //! it changes. Cost: set-up about three products with the matrix, a cycle about six.
 
 mod direct;
+mod joints;
 mod transfer;
 
 use super::StepMatrix;
@@ -15,6 +16,7 @@ use super::blocks::{Pattern, by_block_rows, by_row_pairs, by_rows, on_widest_uni
 use super::galerkin::{Blocks, Row, Wide, finest_product_row, product_row, restricted_row};
 use direct::Direct;
 use glam::{DMat3, DVec3, Mat3A, Vec3A};
+use joints::{Joints, Onward};
 use transfer::{Transfer, add_rows, aggregates};
 
 /// No aggregate: the node is fixed.
@@ -51,7 +53,11 @@ struct Level {
     /// Numbers that tie nodes in all directions alike, on the finest level only.
     ties: Pattern,
     tie: Vec<f32>,
+    /// The diagonal without contact, with what it lacks to be told from nothing.
+    stiffness: Vec<DMat3>,
     inverse_diagonal: Vec<Mat3A>,
+    /// What contact adds.
+    joints: Joints,
     /// Where in `blocks` each diagonal stands.
     diagonal: Vec<u32>,
     /// Bound on the eigenvalues of D^-1 A.
@@ -100,6 +106,7 @@ impl Multigrid {
                 ground: vec![Mat3A::ZERO; rows * rows_a_node],
                 tie: vec![0.0; ties.blocks()],
                 inverse_diagonal: vec![Mat3A::ZERO; rows],
+                stiffness: vec![DMat3::ZERO; rows],
                 right: vec![Vec3A::ZERO; rows],
                 solution: vec![Vec3A::ZERO; rows],
                 residual: vec![Vec3A::ZERO; rows],
@@ -130,9 +137,9 @@ impl Multigrid {
         Self { levels, direct }
     }
 
-    /// Works out all that follows from the values of the matrix and the places of the nodes. `caution` is by how much the
-    /// largest eigenvalues are taken over their estimates; `CAUTION` mostly does. That of the finest level is estimated
-    /// anew where `fresh`, as at the start of a step, and else kept.
+    /// Works out all that follows from the values of the matrix and the places of the nodes, but for its couplings: see
+    /// [`Self::join`]. `caution` is by how much the largest eigenvalues are taken over their estimates; `CAUTION` mostly
+    /// does. That of the finest level is estimated anew where `fresh`, as at the start of a step, and else kept.
     pub fn set_up(&mut self, matrix: &StepMatrix, position: &[DVec3], caution: f32, fresh: bool, parallel: bool) {
         let finest = &mut self.levels[0];
         finest.tie.iter_mut().zip(&matrix.tie).for_each(|(single, double)| *single = *double as f32);
@@ -140,11 +147,13 @@ impl Multigrid {
         for l in 0..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(l + 1);
             let level = &mut fine[l];
+            level.joints.clear();
             if l == 0 {
                 level.take_finest(matrix, parallel);
             } else {
                 level.take_coarse(parallel);
             }
+            level.invert_diagonal(parallel);
             if l > 0 || fresh {
                 level.largest = caution * level.largest_eigenvalue(parallel);
             }
@@ -154,12 +163,45 @@ impl Multigrid {
                 level.galerkin(matrix, &next.pattern, &mut next.exact, parallel);
             }
         }
-        let Self { levels, direct } = self;
-        match levels.as_slice() {
-            [only] => direct.factorise(&only.pattern, |k| matrix.blocks[k].into(), &only.ties, |k| matrix.tie[k]),
-            [.., coarsest] => direct.factorise(&coarsest.pattern, |k| coarsest.exact[k], &coarsest.ties, |_| 0.0),
-            [] => unreachable!("there is a level"),
+        self.factorise(matrix);
+    }
+
+    /// Takes up the couplings of the matrix, in place of those taken up before.
+    pub fn join(&mut self, matrix: &StepMatrix, parallel: bool) {
+        if matrix.couplings.is_empty() && self.levels[0].joints.is_empty() {
+            return;
         }
+        for l in 0..self.levels.len() {
+            let (fine, coarse) = self.levels.split_at_mut(l);
+            let level = &mut coarse[0];
+            let nodes = level.position.len();
+            match fine.last() {
+                None => level.joints.take(matrix.couplings.ties(), nodes),
+                Some(finer) => {
+                    let onward = Onward {
+                        aggregate: &finer.transfer.as_ref().expect("not the coarsest").aggregate,
+                        position: [&finer.position, &level.position],
+                        reach: [finer.reach, level.reach],
+                    };
+                    level.joints.follow(&finer.joints, &onward, nodes);
+                }
+            }
+            level.invert_diagonal(parallel);
+        }
+        self.factorise(matrix);
+    }
+
+    fn factorise(&mut self, matrix: &StepMatrix) {
+        let Self { levels, direct } = self;
+        let coarsest = levels.last().expect("there is a level");
+        let Level { pattern, exact, ties, joints, rows_a_node, .. } = coarsest;
+        direct.clear();
+        match levels.len() {
+            1 => direct.add(pattern, |k| matrix.blocks[k].into(), ties, |k| matrix.tie[k]),
+            _ => direct.add(pattern, |k| exact[k], ties, |_| 0.0),
+        }
+        joints.blocks(*rows_a_node, |rows, block| direct.add_block(rows, block));
+        direct.factorise();
     }
 
     /// One V-cycle: an approximation of `A^-1 right`.
@@ -249,7 +291,7 @@ impl Level {
 
     /// Takes over the blocks of the finest level; leaves rough forces in `residual`.
     fn take_finest(&mut self, matrix: &StepMatrix, parallel: bool) {
-        let Self { pattern, ties, blocks, ground, inverse_diagonal, residual, .. } = self;
+        let Self { pattern, ties, blocks, ground, stiffness, residual, .. } = self;
         by_block_rows(pattern, blocks, parallel, |i, row| {
             let exact = &matrix.blocks[pattern.row(i)];
             row.iter_mut().zip(exact).for_each(|(single, double)| *single = double.as_mat3().into());
@@ -259,20 +301,20 @@ impl Level {
                 *rough = rough_force(&matrix.blocks[matrix.diagonal[first + k] as usize], first + k);
             }
         });
-        by_row_pairs(ground, inverse_diagonal, parallel, |i, ground, inverse| {
+        by_row_pairs(ground, stiffness, parallel, |i, ground, stiffness| {
             let tied: f64 = matrix.tie[ties.row(i)].iter().sum();
             let sum: DMat3 = matrix.blocks[pattern.row(i)].iter().sum();
             let exact = sum + DMat3::from_diagonal(DVec3::splat(tied));
             let own = matrix.blocks[matrix.diagonal[i] as usize];
             let more = what_is_untold(&exact, &own);
             *ground = (exact + more).as_mat3().into();
-            *inverse = inverted(own + more);
+            *stiffness = own + more;
         });
     }
 
     /// The same of another level, from what double precision has of them.
     fn take_coarse(&mut self, parallel: bool) {
-        let Self { pattern, blocks, exact, ground, inverse_diagonal, diagonal, position, reach, residual, .. } = self;
+        let Self { pattern, blocks, exact, ground, stiffness, diagonal, position, reach, residual, .. } = self;
         by_block_rows(pattern, blocks, parallel, |i, row| {
             row.iter_mut().zip(&exact[pattern.row(i)]).for_each(|(single, double)| *single = double.single());
         });
@@ -282,7 +324,7 @@ impl Level {
             }
         });
         let grounds = ground.as_chunks_mut::<2>().0;
-        by_row_pairs(grounds, inverse_diagonal, parallel, |i, ground, inverse| {
+        by_row_pairs(grounds, stiffness, parallel, |i, ground, stiffness| {
             let own = position[i / 2];
             let [mut moves, mut turns] = [DMat3::ZERO; 2];
             let blocks = exact[pattern.row(i)].as_chunks::<2>().0;
@@ -292,26 +334,47 @@ impl Level {
                 moves += along;
                 turns += along * turned(arm).as_dmat3() + about;
             }
-            let stiffness = DMat3::from(exact[diagonal[i] as usize]);
+            *stiffness = DMat3::from(exact[diagonal[i] as usize]);
             let like = if i % 2 == 0 { &mut moves } else { &mut turns };
-            let more = what_is_untold(like, &stiffness);
+            let more = what_is_untold(like, stiffness);
             *like += more;
-            *inverse = inverted(stiffness + more);
+            *stiffness += more;
             *ground = [moves, turns].map(|block| block.as_mat3().into());
+        });
+    }
+
+    /// Inverses of the diagonal, with what contact adds to it.
+    fn invert_diagonal(&mut self, parallel: bool) {
+        let Self { rows_a_node, stiffness, inverse_diagonal, joints, largest, .. } = self;
+        by_rows(inverse_diagonal, parallel, |first, inverse| {
+            for (k, inverse) in inverse.iter_mut().enumerate() {
+                let i = first + k;
+                *inverse = inverted(stiffness[i] + joints.diagonal(*rows_a_node, i, *largest));
+            }
         });
     }
 
     /// `image = A step`, or `A solution`.
     fn multiply(&mut self, of: Of, parallel: bool) {
-        let mut image = std::mem::take(&mut self.image);
+        let (mut image, mut joints) = (std::mem::take(&mut self.image), std::mem::take(&mut self.joints));
         let x: &[Vec3A] = match of {
             Of::Step => &self.step,
             Of::Solution => &self.solution,
         };
-        by_rows(&mut image, parallel, |first, image| match self.rows_a_node {
-            1 => self.multiply_finest(x, first, image),
-            _ => self.multiply_bodies(x, first, image),
+        let joined = !joints.is_empty();
+        if joined {
+            joints.stretch(x, self.rows_a_node, parallel);
+        }
+        by_rows(&mut image, parallel, |first, image| {
+            match self.rows_a_node {
+                1 => self.multiply_finest(x, first, image),
+                _ => self.multiply_bodies(x, first, image),
+            }
+            if joined {
+                joints.add_pull(self.rows_a_node, first, image);
+            }
         });
+        self.joints = joints;
         self.image = image;
     }
 

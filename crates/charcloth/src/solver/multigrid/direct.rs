@@ -2,7 +2,7 @@
 
 use crate::solver::blocks::Pattern;
 use crate::solver::galerkin::Wide;
-use glam::{DMat3, Vec3A};
+use glam::{DMat3, DVec3, Vec3A};
 
 /// Most rows of a part that is solved directly.
 const MOST_ROWS: usize = 192;
@@ -65,37 +65,49 @@ impl Direct {
         self.place.iter().any(|place| place[0] == u32::MAX)
     }
 
-    /// Factorises the matrix: `block` gives the blocks of the pattern, `tie` the numbers of the other.
-    pub fn factorise(
+    /// Takes everything out of the matrix.
+    pub fn clear(&mut self) {
+        self.factor.fill(0.0);
+    }
+
+    /// Adds to the matrix: `block` gives the blocks of the pattern, `tie` the numbers of the other.
+    pub fn add(
         &mut self,
         pattern: &Pattern,
         block: impl Fn(usize) -> Wide,
         ties: &Pattern,
         tie: impl Fn(usize) -> f64,
     ) {
-        let Self { parts, place, factor, .. } = self;
-        factor.fill(0.0);
-        for part in parts {
-            let n = 3 * part.rows.len();
-            let factor = &mut factor[part.first..part.first + n * n];
-            for (i, row) in part.rows.iter().enumerate() {
-                for k in pattern.row(*row as usize) {
-                    let j = place[pattern.column[k] as usize][1] as usize;
-                    let block = DMat3::from(block(k)).to_cols_array_2d();
-                    for (c, column) in block.iter().enumerate() {
-                        for (r, value) in column.iter().enumerate() {
-                            factor[(3 * i + r) * n + 3 * j + c] += *value;
-                        }
-                    }
-                }
-                for k in ties.row(*row as usize) {
-                    let j = place[ties.column[k] as usize][1] as usize;
-                    for r in 0..3 {
-                        factor[(3 * i + r) * n + 3 * j + r] += tie(k);
-                    }
-                }
+        for i in 0..pattern.rows() {
+            for k in pattern.row(i) {
+                self.add_block([i, pattern.column[k] as usize], block(k).into());
             }
-            cholesky(factor, n);
+            for k in ties.row(i) {
+                self.add_block([i, ties.column[k] as usize], DMat3::from_diagonal(DVec3::splat(tie(k))));
+            }
+        }
+    }
+
+    /// Adds a block at a row and column of the matrix; what ties different parts is left out.
+    pub fn add_block(&mut self, rows: [usize; 2], block: DMat3) {
+        let [[part, i], [other, j]] = rows.map(|row| self.place[row]);
+        if part != other || part == u32::MAX {
+            return;
+        }
+        let Part { rows, first } = &self.parts[part as usize];
+        let n = 3 * rows.len();
+        for (c, column) in block.to_cols_array_2d().iter().enumerate() {
+            for (r, value) in column.iter().enumerate() {
+                self.factor[first + (3 * i as usize + r) * n + 3 * j as usize + c] += *value;
+            }
+        }
+    }
+
+    /// Factorises the matrix.
+    pub fn factorise(&mut self) {
+        for part in &self.parts {
+            let n = 3 * part.rows.len();
+            cholesky(&mut self.factor[part.first..part.first + n * n], n);
         }
     }
 
@@ -163,7 +175,8 @@ mod tests {
         let block = DMat3::from_cols_array_2d(&[[4.0, 1.0, 0.0], [1.0, 5.0, 2.0], [0.0, 2.0, 6.0]]);
         let mut direct = Direct::lay_out(&pattern, &ties);
         assert!(!direct.leaves_some());
-        direct.factorise(&pattern, |_| block.into(), &ties, |_| -1.5);
+        direct.add(&pattern, |_| block.into(), &ties, |_| -1.5);
+        direct.factorise();
         let right = [Vec3A::new(1.0, 2.0, 3.0), Vec3A::new(-1.0, 0.5, 0.0), Vec3A::new(0.0, -2.0, 1.0)];
         let mut x = [Vec3A::ZERO; 3];
         direct.solve(&right, &mut x);
