@@ -1,9 +1,9 @@
 """Does what burns depend on the mesh? A strip of newsprint lit at its foot, on three meshes, with ten seeds each.
 
-    python docs/data/convergence.py charcloth runs docs/data/convergence.csv
+    python docs/data/convergence.py charcloth runs docs/data/convergence.csv docs/pictures/convergence.png
 
 Runs the command that is named, keeps the runs in the folder (and does not repeat those that are there), and writes a row
-a run. Prints mean and standard deviation over the seeds by mesh. Needs numpy.
+a run. Prints mean and standard deviation over the seeds by mesh, and draws them against time. Needs numpy and matplotlib.
 """
 import csv
 import json
@@ -11,12 +11,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib
 import numpy
 
-COMMAND, RUNS, TABLE = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+COMMAND, RUNS, TABLE, PICTURE = sys.argv[1], *(Path(part) for part in sys.argv[2:5])
 SEEDS = range(1, 11)
 SPACINGS = [6, 4, 2.67]  # of the mesh that moves [mm]; the one that burns is half as coarse
 FRAMES, FPS = 36, 24
+NONE = 4294967295  # no parent: the sheet itself
 FLAKE = 1e-6  # least area of what counts as a flake [m2]
 
 SCENE = """name = "strip"
@@ -36,7 +41,7 @@ newton_tolerance = 1e-2
 particle_area = 1e-6
 
 [time]
-step = "4 ms"
+step = "14 ms"
 fps = 24
 
 [[pin]]
@@ -66,47 +71,87 @@ def frame(folder, number):
     return numpy.load(folder / "cache" / f"frame_{number:05}.npz")
 
 
-def measure(folder):
-    last = frame(folder, FRAMES)
-    lit = last["ignited_at"] >= 0
-    height = frame(folder, 0)["position"][:, 1]
-    places = last["rest_position"][:, 1] if "rest_position" in last else height
-    middle = numpy.quantile(last["ignited_at"][lit], 0.5)
-    front = {}
-    for time in (0.5, 1.0, 1.5):
-        there = lit & (last["ignited_at"] <= time)
-        front[time] = (places[there].max() - height.min()) * 1e3 if there.any() else 0.0
-    # Of the sheet that still hangs: area, how far its lowest part has turned out of the plane.
-    row = {"half lit [s]": middle}
-    for time, mm in front.items():
-        row[f"front at {time} s [mm]"] = mm
-    for time in (0.5, 1.0, 1.5):
-        now = frame(folder, round(time * FPS))
-        area = now["triangle_rest_area"] * (now["triangle_alive"] == 1)
-        whole = now["triangle_piece"] == 0
-        row[f"area that hangs at {time} s [mm2]"] = area[whole].sum() * 1e6
-    now = frame(folder, FPS)
-    hangs = (now["triangle_alive"] == 1) & (now["triangle_piece"] == 0)
-    corners = now["triangle_corners"][hangs]
-    a, b, c = (now["position"][corners[:, k]] for k in range(3))
+def curl_radius(frame, hangs):
+    """Of the hem that has charred by half and more: area over the sum of how far it turns along each side [m]."""
+    corners, place = frame["triangle_corners"], frame["position"]
+    hem = corners[hangs & (frame["charred"][corners].mean(1) > 0.5)]
+    area = frame["triangle_rest_area"][hangs & (frame["charred"][corners].mean(1) > 0.5)].sum()
+    a, b, c = (place[hem[:, k]] for k in range(3))
     normal = numpy.cross(b - a, c - a)
-    turn = numpy.degrees(numpy.arccos(numpy.clip(numpy.abs(normal[:, 2]) / numpy.maximum(numpy.linalg.norm(normal, axis=1), 1e-30), 0, 1)))
-    weight = now["triangle_rest_area"][hangs]
-    row["mean turn of what hangs at 1 s [deg]"] = float((turn * weight).sum() / max(weight.sum(), 1e-30))
-    pieces = (last["piece_parent"] != 4294967295) & (last["piece_area"] > FLAKE)
-    particles = last["particle_area"] > FLAKE
-    row["flakes"] = int(pieces.sum() + particles.sum())
-    row["mass of flakes [mg]"] = float(last["piece_mass"][pieces].sum() + last["particle_mass"][particles].sum()) * 1e6
+    normal /= numpy.maximum(numpy.linalg.norm(normal, axis=1), 1e-30)[:, None]
+    sides = numpy.sort(numpy.concatenate([hem[:, [0, 1]], hem[:, [1, 2]], hem[:, [2, 0]]]), axis=1)
+    owner = numpy.tile(numpy.arange(len(hem)), 3)
+    order = numpy.lexsort((sides[:, 1], sides[:, 0]))
+    sides, owner = sides[order], owner[order]
+    shared = numpy.flatnonzero((sides[1:] == sides[:-1]).all(1))
+    turn = numpy.arccos(numpy.clip((normal[owner[shared]] * normal[owner[shared + 1]]).sum(1), -1, 1))
+    rest = frame["rest_position"]
+    length = numpy.linalg.norm(rest[sides[shared, 0]] - rest[sides[shared, 1]], axis=1)
+    turned = (turn * length).sum()
+    return area / turned if turned > 0 else numpy.nan
+
+
+def measure(folder):
+    """A row of the table, and what goes into the picture: front, area that hangs and number of flakes at each frame."""
+    last, first = frame(folder, FRAMES), frame(folder, 0)
+    lit = last["ignited_at"] >= 0
+    height = last["rest_position"][:, 1] - first["rest_position"][:, 1].min()
+    course = []
+    for number in range(FRAMES + 1):
+        now = frame(folder, number)
+        there = lit & (last["ignited_at"] <= number / FPS)
+        hangs = (now["triangle_alive"] == 1) & (now["triangle_piece"] == 0)
+        pieces = (now["piece_parent"] != NONE) & (now["piece_area"] > FLAKE)
+        particles = now["particle_area"] > FLAKE
+        course.append(
+            [
+                height[there].max() * 1e3 if there.any() else 0.0,
+                now["triangle_rest_area"][hangs].sum() * 1e6,
+                curl_radius(now, hangs) * 1e3,
+                pieces.sum() + particles.sum(),
+                (now["piece_mass"][pieces].sum() + now["particle_mass"][particles].sum()) * 1e6,
+            ]
+        )
+    row = {"half lit [s]": numpy.quantile(last["ignited_at"][lit], 0.5)}
+    for time in (0.5, 1.0, 1.5):
+        row[f"front at {time} s [mm]"] = course[round(time * FPS)][0]
+    for time in (0.5, 1.0, 1.5):
+        row[f"area that hangs at {time} s [mm2]"] = course[round(time * FPS)][1]
+    row["curl radius of the hem at 1 s [mm]"] = course[FPS][2]
+    row["flakes"], row["mass of flakes [mg]"] = course[FRAMES][3:]
     summary = json.loads((folder / "summary.json").read_text())
-    row["error of mass"] = summary["mass_error"]
-    return row
+    row["error of mass"], row["error of energy"] = summary["mass_error"], summary["energy_error"]
+    row["wall [s]"] = summary["wall_s"]
+    return row, course
+
+
+def draw(courses):
+    """Means over the seeds against time, with a band of one standard deviation to each side."""
+    figure, axes = plt.subplots(1, 4, figsize=(14, 3.2), layout="constrained")
+    names = ["front [mm]", "area that hangs [mm2]", "flakes over 1 mm2", "their mass [mg]"]
+    time = numpy.arange(FRAMES + 1) / FPS
+    for spacing in SPACINGS:
+        of_mesh = numpy.array(courses[spacing], float)
+        for axis, column in zip(axes, (0, 1, 3, 4)):
+            mean, scatter = of_mesh[:, :, column].mean(0), of_mesh[:, :, column].std(0, ddof=1)
+            (line,) = axis.plot(time, mean, label=f"{spacing} mm")
+            axis.fill_between(time, mean - scatter, mean + scatter, color=line.get_color(), alpha=0.15, linewidth=0)
+    for axis, name in zip(axes, names):
+        axis.set_title(name)
+        axis.set_xlabel("time [s]")
+        axis.set_ylim(bottom=0)
+    axes[0].legend(title="motion mesh")
+    figure.savefig(PICTURE, dpi=75)
 
 
 RUNS.mkdir(parents=True, exist_ok=True)
-rows = []
+rows, courses = [], {spacing: [] for spacing in SPACINGS}
 for spacing in SPACINGS:
     for seed in SEEDS:
-        rows.append({"spacing [mm]": spacing, "seed": seed, **measure(run(spacing, seed))})
+        row, course = measure(run(spacing, seed))
+        rows.append({"spacing [mm]": spacing, "seed": seed, **row})
+        courses[spacing].append(course)
+draw(courses)
 with TABLE.open("w", newline="") as file:
     writer = csv.DictWriter(file, rows[0], lineterminator="\n")
     writer.writeheader()

@@ -3,9 +3,10 @@
 //! Model: a node cracks where the utilisation of the sheet (tension over strength, Eq. 17.1 to 17.3), averaged over a
 //! length of the material (Eq. 17.4), passes one; the sheet then parts along the sides at the node that are pulled apart
 //! the hardest (Eq. 17.5). Source: greatest principal stress [Rankine1858] over a strength that depends on direction;
-//! averages over a length of the material instead of the stress at a point, which no mesh agrees on [Taylor2007]; nodes that
-//! part across the greatest tension [OBrien1999]. Valid when: cracks are fast against everything else, so that one round a
-//! step is enough to follow the load. A crack takes no fewer than a side of a triangle, so that the mesh shows in the edge.
+//! averages over a length of the material instead of the stress at a point, which no mesh agrees on [Taylor2007], with less
+//! strength on meshes coarser than that (Eq. 17.13) [Bazant1983]; nodes that part across the greatest tension [OBrien1999].
+//! Valid when: cracks are fast against everything else, so that one round a step is enough to follow the load. A crack takes
+//! no fewer than a side of a triangle, so that the mesh shows in the edge.
 //! Cost: one pass over the triangles a step; no more until something cracks.
 
 use crate::effects::SpringFactors;
@@ -19,7 +20,7 @@ use crate::tear;
 use glam::{DVec2, DVec3};
 
 /// Least part of its strength or stiffness that counts: what is weaker falls.
-const LEAST: f64 = 1e-3;
+const LEAST: f64 = crate::homogenise::NOTHING_LEFT;
 /// How much the sides at a node differ in strength for no reason that the mesh shows, as a part of it.
 // tuned: fibres leave torn edges ragged; strength of paper scatters by 5 to 10 % on strips of 15 mm, more on less; 0 to 0.5
 const RAGGED: f64 = 0.3;
@@ -160,7 +161,7 @@ impl Cracks {
             for i in nodes.map(|i| i as usize) {
                 let whole = Physical::whole(burn, i);
                 let grammage = burn.speed[i] * burn.fuel_initial[i] / (burn.area[i] * self.fuel);
-                sum.left += grammage * (whole + (1.0 - whole) * self.char_strength * (1.0 - burn.ashed[i])) / 3.0;
+                sum.left += grammage * (whole + (1.0 - whole) * self.char_strength * Physical::sound(burn, i)) / 3.0;
                 sum.brittle += (1.0 - whole) / 3.0;
             }
             sum
@@ -297,7 +298,7 @@ impl Cracks {
             self.reached[*t as usize] = self.averages;
             self.queue.push(*t);
         }
-        let (mut sum, mut area) = ([[0.0; 3]; 2], 0.0);
+        let (mut sum, mut area, mut distance) = ([[0.0; 3]; 2], 0.0, 0.0);
         let mut next = 0;
         while next < self.queue.len() {
             let t = self.queue[next];
@@ -308,6 +309,7 @@ impl Cracks {
                 *sum += own * value;
             }
             area += own;
+            distance += own * middle(t).distance(from);
             for i in triangles.corners[t as usize].map(|i| i as usize) {
                 for t in &self.around[self.first[i] as usize..self.first[i + 1] as usize] {
                     if self.reached[*t as usize] != self.averages && middle(*t).distance(from) <= self.length {
@@ -317,7 +319,10 @@ impl Cracks {
                 }
             }
         }
-        sum.map(|tensor| tensor.map(|value| value / area))
+        // Eq. 17.13 [Bazant1983]: points of a disc lie two thirds of its radius from its middle.
+        let reach = 1.5 * distance / area;
+        let coarse = (reach / self.length).max(1.0).sqrt();
+        sum.map(|tensor| tensor.map(|value| value / area * coarse))
     }
 
     /// Chooses those that crack in this step: the hardest pulled first, none near another.

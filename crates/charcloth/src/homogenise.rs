@@ -15,6 +15,9 @@ use crate::sheet::{BurnNodes, NONE, SheetState};
 /// Part of its stiffness under which a spring counts as broken.
 pub const BROKEN_BELOW: f64 = 1e-3;
 
+/// The same in the physical model, where char that has nearly burnt away still hangs together.
+pub const NOTHING_LEFT: f64 = 1e-5; // tuned: under the least of char, 1.2e-5, and over that of a gap; 5e-6 to 1.2e-5
+
 /// Part of its stiffness that burning has left of what lies between some burn nodes, 1 for the unburnt sheet (Eq. 7.1).
 #[inline]
 pub fn stiffness_left<const N: usize>(burn: &BurnNodes, nodes: [usize; N], residual: f64) -> f64 {
@@ -112,6 +115,7 @@ pub fn factors(state: &mut SheetState, residual_stiffness: f64, fresh: bool, fac
         }));
     }
     let mut any_broken = false;
+    let broken_below = if state.has_faces() { NOTHING_LEFT } else { BROKEN_BELOW };
     for s in 0..count {
         let SheetState { springs, triangles, .. } = &*state;
         if springs.broken[s] != 0 {
@@ -134,7 +138,7 @@ pub fn factors(state: &mut SheetState, residual_stiffness: f64, fresh: bool, fac
             let (sum, number) = live.fold((0.0, 0.0), |(sum, number), t| (sum + of_carrier(t), number + 1.0));
             if number > 0.0 { sum / number } else { 0.0 }
         };
-        if factor < BROKEN_BELOW {
+        if factor < broken_below {
             state.springs.broken[s] = 1;
             any_broken = true;
             factors.stiffness.push(0.0);

@@ -45,6 +45,11 @@ const CHUNK: usize = 128;
 /// Part of a node's char that is gone when what is left no longer holds together: ash that falls.
 const ASH_FALLS: f64 = 0.9; // tuned: ash of paper crumbles at a touch, 0.7 to 1
 
+/// How fast char loses stiffness and strength while it burns away: `exp(-6 a)` for the part a that has gone.
+// tuned: graphites are said to lose about half of their strength with the first tenth of their mass, char of paper was not
+// found; strain at failure stays [GeneralAtomics1981]; 4 to 10
+const BURN_OFF: f64 = 6.0;
+
 /// Between these temperatures paper goes from as stiff as it was to as soft as char [K]: it has lost its stiffness before
 /// it shrinks.
 // tuned: no measurement of thin sheets was found; 200 to 400 degC
@@ -588,7 +593,7 @@ impl Physical {
             let made = self.char_yield * dry_mass * (1.0 - left);
             burn.ashed[i] = if left < 0.5 { (1.0 - char / made.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) } else { 0.0 };
             let whole = Self::whole(burn, i);
-            burn.stiffness[i] = whole + (1.0 - whole) * self.char_stiffness * (1.0 - burn.ashed[i]);
+            burn.stiffness[i] = whole + (1.0 - whole) * self.char_stiffness * Self::sound(burn, i);
             burn.mass[i] = masses(front, i).iter().chain(&masses(back, i)).sum();
             burn.flame[i] = 0.0;
             for face in 0..FACES {
@@ -646,6 +651,11 @@ impl Physical {
     pub fn whole(burn: &BurnNodes, i: usize) -> f64 {
         let softened = ((burn.peak_temperature[i] - SOFTENS) / (SOFT - SOFTENS)).clamp(0.0, 1.0);
         (1.0 - burn.charred[i]).min(1.0 - softened)
+    }
+
+    /// Part of the stiffness and strength of its char that burning away has left a node (Eq. 15.4).
+    pub fn sound(burn: &BurnNodes, i: usize) -> f64 {
+        (-BURN_OFF * burn.ashed[i]).exp()
     }
 
     /// Whether what is left between some burn nodes still holds together.
