@@ -88,6 +88,8 @@ pub struct Response {
     plane: Vec<[DVec3; 3]>,
     /// Part of its way that the scenery has gone in this step.
     progress: f64,
+    /// Whether the scenery stays where it is for now, for the sheet to make way.
+    waits: bool,
     terms: Vec<Term>,
     /// Share of its way at which each node meets a plane, where it does.
     plane_meetings: Vec<(u32, usize)>,
@@ -183,6 +185,7 @@ impl Response {
         }));
         let still = speed.iter().all(|v| *v == DVec3::ZERO) && plane.iter().all(|p| p[2] == DVec3::ZERO);
         self.progress = if still { 1.0 } else { 0.0 };
+        self.waits = false;
         now.clear();
         now.extend_from_slice(start);
     }
@@ -192,11 +195,22 @@ impl Response {
         self.progress >= 1.0
     }
 
+    /// Holds the scenery where it is, or lets it go on.
+    pub fn wait(&mut self, waits: bool) {
+        self.waits = waits;
+    }
+
+    /// Whether the scenery goes on with its way in this iteration.
+    pub fn is_under_way(&self) -> bool {
+        self.progress < 1.0 && !self.waits
+    }
+
     /// Moves on: the sheet to these places, the scenery by a share of the way it has left.
     pub fn go(&mut self, position: &[DVec3], share: f64) {
+        let under_way = self.is_under_way();
         let Self { now, arrival, count, .. } = self;
         now[..*count].copy_from_slice(position);
-        if self.progress < 1.0 {
+        if under_way {
             for (now, arrival) in now[*count..].iter_mut().zip(arrival) {
                 *now = if share >= 1.0 { *arrival } else { now.lerp(*arrival, share) };
             }
@@ -209,6 +223,16 @@ impl Response {
         if self.progress >= 1.0 { to } else { from.lerp(to, self.progress) }
     }
 
+    /// The way that a plane has yet to go in this iteration [m].
+    fn way_of_plane(&self, plane: usize) -> DVec3 {
+        if self.is_under_way() { self.plane[plane][1] - self.plane_point(plane) } else { DVec3::ZERO }
+    }
+
+    /// The way that a node of the scenery has yet to go in this iteration [m].
+    fn way_of_node(&self, node: usize) -> DVec3 {
+        if self.is_under_way() { self.arrival[node - self.count] - self.now[node] } else { DVec3::ZERO }
+    }
+
     /// Distance over which the vertex of a sheet is in contact with a plane [m].
     fn half_layer(&self, node: usize) -> f64 {
         0.5 * self.contacts.surface().thickness[node]
@@ -217,14 +241,16 @@ impl Response {
     /// Share of the way to these places on which nothing passes through. What stops it is remembered for
     /// [`Self::expect`].
     pub fn safe_share(&mut self, position: &[DVec3]) -> f64 {
+        let under_way = self.is_under_way();
         let Self { now, target, arrival, count, .. } = self;
         target[..*count].copy_from_slice(position);
-        target[*count..].copy_from_slice(arrival);
+        target[*count..].copy_from_slice(if under_way { arrival } else { &now[*count..] });
         let impacts = self.contacts.approaches(now, target, self.thickness);
         let mut share = impacts.iter().map(|impact| impact.time).fold(1.0, f64::min);
         self.plane_meetings.clear();
         for (p, plane) in self.scenery.planes.iter().enumerate() {
-            let (from, to) = (self.plane_point(p), self.plane[p][1]);
+            let from = self.plane_point(p);
+            let to = from + self.way_of_plane(p);
             for i in 0..self.count {
                 let before = (self.now[i] - from).dot(plane.normal);
                 let after = (self.target[i] - to).dot(plane.normal);
@@ -309,11 +335,11 @@ impl Response {
         for term in &mut terms {
             let way = |k: usize| {
                 let i = term.nodes[k] as usize;
-                if i < self.count { correction[i] * h } else { self.arrival[i - self.count] - self.now[i] }
+                if i < self.count { correction[i] * h } else { self.way_of_node(i) }
             };
             let mut towards: DVec3 = (0..4).map(|k| way(k) * term.weights[k]).sum();
             if term.kind.is_none() {
-                towards += self.plane_point(term.plane) - self.plane[term.plane][1];
+                towards -= self.way_of_plane(term.plane);
             }
             let deep = term.distance < LOGARITHMIC * term.radius;
             let acts = deep || term.distance + towards.dot(term.normal) < term.radius;
@@ -503,17 +529,14 @@ impl Response {
 
     /// Takes into account the way that the scenery has yet to go.
     fn meet_scenery(&self, term: &mut Term) {
-        if self.progress >= 1.0 {
+        if !self.is_under_way() {
             return;
         }
         let ahead = match term.kind {
-            None => self.plane_point(term.plane) - self.plane[term.plane][1],
+            None => -self.way_of_plane(term.plane),
             Some(_) => (0..4)
                 .filter(|k| term.nodes[*k] as usize >= self.count)
-                .map(|k| {
-                    let i = term.nodes[k] as usize;
-                    (self.arrival[i - self.count] - self.now[i]) * term.weights[k]
-                })
+                .map(|k| self.way_of_node(term.nodes[k] as usize) * term.weights[k])
                 .sum(),
         };
         term.force -= term.block * ahead;

@@ -30,6 +30,8 @@ const NEWTON_IN_CONTACT: usize = 60;
 const FORESIGHT: usize = 2;
 const LINEAR: usize = 300;
 const HALVINGS: usize = 12;
+/// Share of an iteration under which the scenery counts as held up by the sheet. // tuned: 0.01 to 0.3
+const RELUCTANT: f64 = 0.1;
 /// How many times a step that is not solved is halved at most.
 const MOST_HALVED: u32 = 4;
 /// Factor on estimated eigenvalues past which the solver gives up.
@@ -361,7 +363,8 @@ impl Implicit {
                 first_gain = gain;
             }
             // What carries the sheet along does work on it, and the energy may rise.
-            let carried = self.contact.as_ref().is_some_and(|contact| !contact.has_arrived());
+            let carried = self.contact.as_ref().is_some_and(Response::is_under_way);
+            let arrived = self.contact.as_ref().is_none_or(Response::has_arrived);
             // A shorter step where the full one does not lower the energy as it should [Armijo1966].
             let mut length = share;
             let mut fell = false;
@@ -383,14 +386,18 @@ impl Implicit {
             }
             if !fell {
                 self.candidate.copy_from_slice(&self.speed);
-                self.energy(h, damping, parallel);
-                return gain <= still && !self.lost;
+                energy = self.energy(h, damping, parallel);
+                if arrived {
+                    return gain <= still && !self.lost;
+                }
             }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {
                 contact.go(&self.position, length);
+                // What gets nowhere against the sheet waits until that has made way.
+                contact.wait(if carried { length < RELUCTANT } else { fell && length < 1.0 });
             }
-            if length == 1.0 && !carried && gain <= (newton * first_gain.max(scale)).max(still) {
+            if length == 1.0 && arrived && gain <= (newton * first_gain.max(scale)).max(still) {
                 return !self.lost;
             }
         }
