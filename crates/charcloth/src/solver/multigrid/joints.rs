@@ -5,8 +5,8 @@
 //! aggregate as with a rigid body, so a joint there is one between bodies, and no pattern has to hold it: contact comes
 //! and goes within a step. What a row gets of the diagonal is so much that no eigenvalue of D^-1 A rises over
 //! its bound without contact: `x^T J^T B J x <= (sum of |J|) x^T |J| B x`, by the inequality of Cauchy.
-//! Valid when: contact does not dwarf the sheet by more than single precision can tell. Cost: 5 ns a joint and product
-//! with each level.
+//! Valid when: contact does not dwarf the sheet by more than single precision can tell. Cost: with as many joints as
+//! nodes, about a seventh of a cycle.
 
 use super::turned;
 use crate::solver::blocks::by_rows;
