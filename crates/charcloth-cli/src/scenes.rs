@@ -23,6 +23,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "match": "a strip of card, held at one end and lit at the other";
     "letter": "a sheet of office paper on a table, lit at an edge";
     "book": "leaves that are held at the spine and lit at the outer edge";
+    "pile": "leaves that lie loosely on one another, lit along an edge";
     "crumpled": "a leaf of newspaper, crumpled to a ball and lit at its foot";
     "curtain": "a cotton cloth in a draught, lit at a lower corner";
     "papers": "strips of tissue, newsprint, cotton and office paper, up and down";

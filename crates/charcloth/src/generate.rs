@@ -3,7 +3,7 @@
 use crate::mesh::SurfaceMesh;
 use crate::random::Random;
 use crate::scene::Sheet;
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DMat3, DVec2, DVec3, Vec2};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 /// A point of the triangulation that remembers its number.
@@ -121,16 +121,18 @@ pub fn disc(radius: f64, spacing: f64, seed: u64) -> SurfaceMesh {
     fill(boundary, DVec2::splat(2.0 * radius), spacing, seed, |p| radius - p.length())
 }
 
-/// Sheets one above the other, about the middle of them, each with a mesh of its own.
+/// Sheets one above the other, about the middle of them, each with a mesh of its own, turned by a random angle.
 pub fn layers(sheet: &Sheet, seed: u64, make: impl Fn(u64) -> SurfaceMesh) -> SurfaceMesh {
     let mut all = make(seed);
     let middle = 0.5 * f64::from(sheet.layers.max(1) - 1);
     let height = |layer: u32| (f64::from(layer) - middle) * sheet.layer_distance.0;
     all.positions.iter_mut().for_each(|p| p.z += height(0));
+    let mut random = Random::new(seed, 0x7475_726e);
     for layer in 1..sheet.layers {
         let mesh = make(seed.wrapping_add(u64::from(layer)));
+        let turned = DMat3::from_rotation_z(sheet.layer_turn.0 * (2.0 * random.uniform() - 1.0));
         let (first, faces) = (all.positions.len() as u32, all.triangles.len() as u32);
-        all.positions.extend(mesh.positions.iter().map(|p| *p + DVec3::Z * height(layer)));
+        all.positions.extend(mesh.positions.iter().map(|p| turned * *p + DVec3::Z * height(layer)));
         all.triangles.extend(mesh.triangles.iter().map(|corners| corners.map(|i| first + i)));
         all.corner_uv.extend(mesh.corner_uv);
         all.source_face.extend(mesh.source_face.iter().map(|face| faces + face));
@@ -179,5 +181,27 @@ mod tests {
         let mesh = rectangle(0.21, 0.297, 0.004, 1);
         let ideal = 0.21 * 0.297 / (0.004 * 0.004 * 0.75f64.sqrt());
         assert!((mesh.positions.len() as f64 / ideal - 1.0).abs() < 0.1, "{} {ideal}", mesh.positions.len());
+    }
+
+    #[test]
+    fn layers_are_turned_by_no_more_than_they_should_and_each_by_its_own_angle() {
+        let most = 0.2;
+        let sheet = Sheet {
+            layers: 4,
+            layer_turn: crate::units::Angle(most),
+            shape: crate::scene::Shape::Grid,
+            ..Sheet::default()
+        };
+        let mesh = layers(&sheet, 7, |_| grid(3, 3, DVec2::splat(0.1)));
+        let angles: Vec<f64> = (0..4)
+            .map(|layer| {
+                let [a, b] = [0, 1].map(|i| mesh.positions[layer * 9 + i]);
+                assert!((a.distance(b) - 0.1).abs() < 1e-12);
+                (b - a).y.atan2((b - a).x)
+            })
+            .collect();
+        assert_eq!(angles[0], 0.0);
+        assert!(angles[1..].iter().all(|angle| *angle != 0.0 && angle.abs() <= most), "{angles:?}");
+        assert!(angles[1] != angles[2] && angles[2] != angles[3]);
     }
 }

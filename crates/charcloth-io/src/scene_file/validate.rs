@@ -113,6 +113,7 @@ fn sheet(scene: &Scene, findings: &mut Findings) {
         }
         if sheet.layers > 1 {
             findings.positive("sheet.layer_distance", sheet.layer_distance.0, "\"2 mm\"");
+            findings.not_negative("sheet.layer_turn", sheet.layer_turn.0);
         }
         if findings.0.len() == before {
             let smallest = sizes.iter().filter(|(_, _, used)| *used).map(|(_, size, _)| *size).fold(f64::MAX, f64::min);

@@ -148,6 +148,8 @@ pub struct Sheet {
     pub layers: u32,
     /// Distance between them.
     pub layer_distance: Length,
+    /// Each layer but the first is turned about its middle by a random angle of up to this, as in a pile laid down by hand.
+    pub layer_turn: Angle,
     /// How a built-in sheet is placed.
     pub pose: Pose,
     /// Where the middle of the sheet (the origin of a mesh file) is put.
@@ -186,6 +188,7 @@ impl Default for Sheet {
             edges: Edges::default(),
             layers: 1,
             layer_distance: Length(0.002),
+            layer_turn: Angle(0.0),
             pose: Pose::default(),
             position: [Length(0.0); 3],
             rotate: [Angle(0.0); 3],
