@@ -81,6 +81,8 @@ pub struct Response {
     start: Vec<DVec3>,
     now: Vec<DVec3>,
     target: Vec<DVec3>,
+    /// Where all was after each iteration, one after the other [m].
+    path: Vec<DVec3>,
     /// Nodes of the scenery at the end of the step [m], and their velocity [m/s].
     arrival: Vec<DVec3>,
     speed: Vec<DVec3>,
@@ -188,6 +190,7 @@ impl Response {
         self.waits = false;
         now.clear();
         now.extend_from_slice(start);
+        self.path.clear();
     }
 
     /// Whether the scenery has gone all its way.
@@ -216,6 +219,7 @@ impl Response {
             }
             self.progress = if share >= 1.0 { 1.0 } else { self.progress + (1.0 - self.progress) * share };
         }
+        self.path.extend_from_slice(&self.now);
     }
 
     fn plane_point(&self, plane: usize) -> DVec3 {
@@ -444,9 +448,15 @@ impl Response {
         self.terms.iter().filter(|term| term.acts).count()
     }
 
-    /// Pairs that pass through each other on the straight way from where the step began to where all is now.
+    /// Pairs that passed through each other in the step. The straight way from where it began to where all is now may meet
+    /// what the sheet went around: where it meets anything, the way that was gone is followed, iteration by iteration.
     pub fn passed_through(&mut self) -> usize {
-        let pairs = self.contacts.passed_through(&self.start, &self.now).len();
+        let Self { contacts, start, now, path, .. } = self;
+        let mut pairs = contacts.passed_through(start, now).len();
+        if pairs > 0 && !path.is_empty() {
+            let places = || std::iter::once(&start[..]).chain(path.chunks_exact(start.len()));
+            pairs = places().zip(places().skip(1)).map(|(from, to)| contacts.passed_through(from, to).len()).sum();
+        }
         let mut nodes = 0;
         for (p, plane) in self.scenery.planes.iter().enumerate() {
             let side = |at: DVec3, point: DVec3| (at - point).dot(plane.normal) > 0.0;
@@ -624,5 +634,22 @@ mod tests {
         assert!((barrier(0.5, 1.0, 3.0).2 - barrier(0.5 - 1e-12, 1.0, 3.0).2).abs() < 1e-9);
         assert_eq!(friction(0.8, 0.8), (0.8, 1.0, 0.0));
         assert_eq!(barrier(1.0, 1.0, 3.0), (0.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn what_goes_through_is_told_from_what_goes_around() {
+        // A small triangle over a large one.
+        let large = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let small = |at: DVec3| [DVec3::ZERO, DVec3::X, DVec3::Y].map(|corner| at + 0.1 * corner);
+        let all = |at: DVec3| [large, small(at)].concat();
+        let mut response = Response { count: 6, own: true, ..Response::default() };
+        let surface = crate::contact::surface::Surface::sheet(6, &[[0, 1, 2], [3, 4, 5]], 1e-3).unwrap();
+        let [over, under] = [DVec3::new(0.2, 0.2, 0.1), DVec3::new(0.2, 0.2, -0.1)];
+        response.contacts = Contacts::build(surface, &all(over));
+        for (way, through) in [(vec![under], true), (vec![over - DVec3::X, under - DVec3::X, under], false)] {
+            response.begin(&all(over), [0.0, 1.0]);
+            way.iter().for_each(|at| response.go(&all(*at), 1.0));
+            assert_eq!(response.passed_through() > 0, through, "{way:?}");
+        }
     }
 }
