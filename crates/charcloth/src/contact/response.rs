@@ -25,7 +25,7 @@ const NEAR: f64 = 2.0;
 /// Share of the pairs that must come or go under a correction for it to be worth another. // tuned: 0 to 0.1
 const WORTH: f64 = 0.03;
 /// How many times as stiff as its barrier a pair in contact is held that a correction would push through.
-const HOLD: f64 = 10.0; // tuned: 3 to 30; at 100 single precision no longer solves for the sheet beside it
+const HOLD: f64 = 10.0; // tuned: 3 to 30; held less where it is near, it takes five times as long; at 100 single precision no longer solves
 /// Part of an edge at its ends over which an edge-edge pair fades away: there a vertex takes over. // tuned: 0.02 to 0.2
 const FADE: f64 = 0.1;
 /// Squared sine of the angle under which edges count as parallel, and their pair fades: vertices are closer. [Li2020]

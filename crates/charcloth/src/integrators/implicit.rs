@@ -284,7 +284,8 @@ impl Implicit {
         if let Some(contact) = &mut self.contact {
             contact.begin(&state.motion.position, [time, time + dt]);
         }
-        let solved = self.solve(h, parallel, report) && self.contact.as_ref().is_none_or(Response::has_arrived);
+        let solved =
+            self.solve(h, halvings > 0, parallel, report) && self.contact.as_ref().is_none_or(Response::has_arrived);
         if !solved && halvings > 0 {
             for start in [time, time + 0.5 * dt] {
                 self.stride(state, [start, 0.5 * dt], halvings - 1, parallel, report);
@@ -324,8 +325,9 @@ impl Implicit {
         dt * length
     }
 
-    /// Finds the velocity at the end of a step of implicit Euler. Returns whether it has been found.
-    fn solve(&mut self, h: f64, parallel: bool, report: &mut Advanced) -> bool {
+    /// Finds the velocity at the end of a step of implicit Euler. Returns whether it has been found; gives up early where the
+    /// step may be halved.
+    fn solve(&mut self, h: f64, halves: bool, parallel: bool, report: &mut Advanced) -> bool {
         self.lost = false;
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
@@ -358,6 +360,9 @@ impl Implicit {
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
             let share = self.find_correction(h, [damping, linear, 0.01 * still], parallel, report);
             report.iterations[0] += 1;
+            if self.lost && halves {
+                return false;
+            }
             let Self { honest, correction, sums, .. } = self;
             let gain =
                 sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
