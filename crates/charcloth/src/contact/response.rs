@@ -469,7 +469,9 @@ impl Response {
         for (p, plane) in self.scenery.planes.iter().enumerate() {
             let side = |at: DVec3, point: DVec3| (at - point).dot(plane.normal) > 0.0;
             let [from, to, _] = self.plane[p];
-            nodes += (0..self.count).filter(|i| side(self.start[*i], from) && !side(self.now[*i], to)).count();
+            let through = |i: &usize| side(self.start[*i], from) && !side(self.now[*i], to);
+            // Nodes of what has burnt away fall freely.
+            nodes += (0..self.count).filter(|i| self.area[*i] > 0.0).filter(through).count();
         }
         pairs + nodes
     }
