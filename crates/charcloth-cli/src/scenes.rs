@@ -24,6 +24,7 @@ pub const SCENES: &[Entry<&str>] = scenes! {
     "letter": "a sheet of office paper on a table, lit at an edge";
     "book": "leaves that are held at the spine and lit at the outer edge";
     "pile": "leaves that lie loosely on one another, lit along an edge";
+    "wrapped": "tissue that hangs round a ball, lit at its hem";
     "crumpled": "a leaf of newspaper, crumpled to a ball and lit at its foot";
     "curtain": "a cotton cloth in a draught, lit at a lower corner";
     "papers": "strips of tissue, newsprint, cotton and office paper, up and down";
