@@ -6,13 +6,9 @@ Charcloth burns, cracks and moves; Blender's sheet of the same weight hangs by i
 a frame by the clock and of the processor, and for Charcloth by stage. Needs a Python that has bpy 5.0.1.
 """
 
-import argparse
-import json
 import re
-import subprocess
 
-from self_contact import run
-from work_precision import rounded, write
+from work_precision import command_line, peer, printed, rounded, run, write
 
 BLENDER = """
 import sys, time, json, bpy
@@ -50,15 +46,11 @@ print("RESULT " + json.dumps({"clock": clock / frames, "processor": processor / 
 
 def main():
     """Reads the arguments, measures, writes."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--charcloth", required=True, help="the program")
-    parser.add_argument("--blender", help="a Python that has bpy")
+    parser = command_line(__doc__, threads=2)
     parser.add_argument("--columns", type=int, default=128)
     parser.add_argument("--rows", type=int, default=181)
     parser.add_argument("--frames", type=int, nargs="+", default=[240], help="of Charcloth, one run each")
     parser.add_argument("--blender-frames", type=int, default=24)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--csv", required=True)
     arguments = parser.parse_args()
     rows = []
 
@@ -72,14 +64,13 @@ def main():
         command = [arguments.charcloth, "bench", "corner", "--set", spacing, "--frames", str(frames)]
         out, processor = run([*command, "--threads", str(arguments.threads)])
         stages = {name: float(seconds) / frames for name, seconds in re.findall(r"^  (\w+) +([\d.]+) s", out, re.M)}
-        clock = float(out.split("s_per_frame=")[1].split()[0])
-        told = {"nodes": int(re.search(r"(\d+) nodes", out)[1]), "clock": clock, "processor": processor / frames}
+        told = {"nodes": int(re.search(r"(\d+) nodes", out)[1]), "clock": printed(out, "s_per_frame")}
+        told["processor"] = processor / frames
         note({"program": "charcloth", "setting": f"{frames} frames", **told, **stages})
     for quality in [5, 10] if arguments.blender else []:
-        command = [arguments.blender, "-c", BLENDER, arguments.columns, arguments.rows, quality, arguments.blender_frames]
-        done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=True)
-        result = json.loads(done.stdout.split("RESULT ")[1].splitlines()[0])
-        note({"program": "blender", "setting": f"quality {quality}", "nodes": (arguments.columns + 1) * (arguments.rows + 1), **result})
+        result = peer(arguments.blender, BLENDER, arguments.columns, arguments.rows, quality, arguments.blender_frames)
+        nodes = (arguments.columns + 1) * (arguments.rows + 1)
+        note({"program": "blender", "setting": f"quality {quality}", "nodes": nodes, **result})
 
 
 if __name__ == "__main__":

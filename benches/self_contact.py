@@ -7,15 +7,12 @@ folds. Both get the same mesh. Crossing pairs of triangles of Blender's frames a
 Needs numpy; Blender's cloth needs a Python that has bpy 5.0.1.
 """
 
-import argparse
 import json
-import resource
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
-from work_precision import rounded, write
+from work_precision import command_line, peer, printed, rounded, run, write
 
 SIDE = 0.21
 STIFFNESS = 200.0  # [N/m]
@@ -70,14 +67,6 @@ shape = "plane"
 """
 
 
-def run(command):
-    """What a command prints, and its processor time [s]."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return done.stdout, after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-
-
 def scene(arguments, mesh, **keys):
     path = Path(arguments.scratch) / "scene.toml"
     path.write_text(SCENE.format(**{"mesh": mesh, "moves": "true", "newton": 1e-2, "step": 14, "contact": CONTACT, **keys}))
@@ -106,12 +95,11 @@ def charcloth(arguments, mesh, step, newton):
     path = scene(arguments, mesh, frames=arguments.frames, step=step, newton=newton)
     command = [arguments.charcloth, "bench", path, "--frames", str(arguments.frames), "--threads", str(arguments.threads)]
     out, processor = run(command)
-    number = lambda key: float(out.split(f"{key}=")[1].split()[0])
     told = summary(arguments, path, arguments.frames)
     return {
-        "clock": number("s_per_frame"),
+        "clock": printed(out, "s_per_frame"),
         "processor": processor / arguments.frames,
-        "p99_strain": number("strain_p99"),
+        "p99_strain": printed(out, "strain_p99"),
         "crossing_pairs": find(told, "intersecting_pairs_max"),
         "passed_through": find(told, "passed_through"),
     }
@@ -165,10 +153,10 @@ def blender(arguments, mesh, places, triangles, quality, tension):
     mass = GRAMMAGE * SIDE * SIDE / len(places)
     # Half the pitch, at most a millimetre: nearer than that its self-collision pushes neighbours apart.
     distance = min(1e-3, 0.5 * SIDE / arguments.segments)
-    command = [arguments.blender, "-c", BLENDER, scratch / "sheet.npz", quality, arguments.frames, tension, mass, distance]
-    out, _ = run([*map(str, command), str(scratch / "blender.npy")])
-    result = json.loads(out.split("RESULT ")[1].splitlines()[0])
-    frames = np.load(scratch / "blender.npy")
+    out = scratch / "blender.npy"
+    settings = [quality, arguments.frames, tension, mass, distance]
+    result = peer(arguments.blender, BLENDER, scratch / "sheet.npz", *settings, out)
+    frames = np.load(out)
     edges = np.unique(np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]]]), axis=1), axis=0)
     length = lambda p: np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=-1)
     crossing = []
@@ -182,14 +170,10 @@ def blender(arguments, mesh, places, triangles, quality, tension):
 
 def main():
     """Reads the arguments, measures, writes."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--charcloth", required=True, help="the program")
-    parser.add_argument("--blender", help="a Python that has bpy")
+    parser = command_line(__doc__)
     parser.add_argument("--segments", type=int, default=128)
     parser.add_argument("--frames", type=int, default=16)
-    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--scratch", default="/tmp/self_contact", help="folder for runs")
-    parser.add_argument("--csv", required=True)
     arguments = parser.parse_args()
     Path(arguments.scratch).mkdir(parents=True, exist_ok=True)
     places, triangles = sheet(arguments.segments)

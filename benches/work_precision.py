@@ -4,7 +4,7 @@ other scenes (`--scene`), with errors over the whole sheet, Charcloth alone.
     python3 work_precision.py --charcloth target/release/charcloth [--blender PYTHON_WITH_BPY] [--pypbd PYTHON_WITH_PYPBD] \\
         --segments 32 64 --csv work_precision.csv --picture work_precision.svg
 
-Errors are those of the two free corners against a run of Charcloth with steps of 0.5 ms (1 ms from 128 segments on) on the same mesh,
+Errors are those of the two free corners against a run of Charcloth with steps of 0.5 ms (1 ms from 64 segments on) on the same mesh,
 while the sheet falls (12 frames; later it crumples, and no two runs agree): root of the mean square over corners and frames, and the largest. Strain is that of the edges along both axes in the worst frame, column
 stretch the largest change of the arc length of a column. Time is that of a frame, of the processor and of the clock.
 Other scenes are compared at every node, with a run of a fourteenth of the scene's longest step.
@@ -27,6 +27,35 @@ import numpy as np
 SIDE = 0.21
 COLUMNS = ["program", "segments", "setting", "clock", "processor", "newton", "linear", "corner_rms_mm", "corner_max_mm"]
 COLUMNS += ["sheet_rms_mm", "p99_strain", "max_strain", "column_stretch"]
+
+
+def run(command, **options):
+    """What a command prints, and its processor time [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=True, **options)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return done.stdout, after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+def printed(out, key):
+    """A figure that `charcloth bench` prints."""
+    return float(out.split(f"{key}=")[1].split()[0])
+
+
+def peer(python, script, *settings, **options):
+    """What the script of a peer says of itself."""
+    out, _ = run([python, "-c", script, *settings], **options)
+    return json.loads(out.split("RESULT ")[1].splitlines()[0])
+
+
+def command_line(text, threads=1):
+    """What all of these programs are told."""
+    parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--charcloth", required=True, help="the program")
+    parser.add_argument("--blender", help="a Python that has bpy")
+    parser.add_argument("--threads", type=int, default=threads)
+    parser.add_argument("--csv", required=True)
+    return parser
 
 
 def read_pc2(path):
@@ -79,19 +108,13 @@ def run_charcloth(arguments, segments, frames, settings, folder):
     """Points of a run by frame, and its seconds a frame: clock, processor."""
     sets = [f"--set={key}={value}" for key, value in {**size(arguments.scene, segments), **settings}.items()]
     command = [arguments.charcloth, "bench", arguments.scene, "--frames", str(frames), "--threads", str(arguments.threads)]
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    timed = subprocess.run([*command, *sets], capture_output=True, text=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    clock = float(timed.stdout.split("s_per_frame=")[1].split()[0])
-    processor = (after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime) / frames
-    words = next(line for line in timed.stdout.splitlines() if "Newton" in line).split()
-    result = {"clock": clock, "processor": processor, "newton": float(words[0]), "linear": float(words[5])}
-    result["p99_strain"] = float(timed.stdout.split("strain_p99=")[1].split()[0])
+    out, processor = run([*command, *sets])
+    words = next(line for line in out.splitlines() if "Newton" in line).split()
+    result = {"clock": printed(out, "s_per_frame"), "processor": processor / frames}
+    result |= {"newton": float(words[0]), "linear": float(words[5]), "p99_strain": printed(out, "strain_p99")}
     shutil.rmtree(folder, ignore_errors=True)
-    run = ["run", arguments.scene, "--frames", str(frames), "--no-movie", "-q", "-o", folder]
-    subprocess.run([arguments.charcloth, *run, *sets], check=True)
-    export = ["export", "--format", "pc2", "-o", f"{folder}/pc2", folder]
-    subprocess.run([arguments.charcloth, *export], check=True, capture_output=True)
+    run([arguments.charcloth, "run", arguments.scene, "--frames", frames, "--no-movie", "-q", "-o", folder, *sets])
+    run([arguments.charcloth, "export", "--format", "pc2", "-o", f"{folder}/pc2", folder])
     points = read_pc2(next(Path(folder, "pc2").glob("*.pc2")))
     shutil.rmtree(folder, ignore_errors=True)
     return in_grid(points) if arguments.scene == "hang" else points, result
@@ -173,9 +196,7 @@ print("RESULT " + json.dumps({"clock": float(np.mean(clock)), "processor": float
 def run_blender(arguments, segments, frames, quality, tension, folder):
     """The same of Blender's cloth: the weight of our sheet, no air, no damping, no resistance to bending."""
     out = f"{folder}.npy"
-    command = [arguments.blender, "-c", BLENDER, *map(str, [segments + 1, quality, frames, tension, out])]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    result = json.loads(done.stdout.split("RESULT ")[1].splitlines()[0])
+    result = peer(arguments.blender, BLENDER, segments + 1, quality, frames, tension, out)
     grid = in_grid(np.load(out))
     Path(out).unlink()
     return grid, result
@@ -218,10 +239,8 @@ print("RESULT " + json.dumps({"clock": float(np.mean(clock)), "processor": float
 def run_pypbd(arguments, segments, frames, substeps, folder):
     """The same of XPBD by the library PositionBasedDynamics, one iteration a substep."""
     out = f"{folder}.npy"
-    command = [arguments.pypbd, "-c", PYPBD, *map(str, [segments + 1, substeps, frames, out])]
     environment = {**os.environ, "OMP_NUM_THREADS": str(arguments.threads)}
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    result = json.loads(done.stdout.split("RESULT ")[1].splitlines()[0])
+    result = peer(arguments.pypbd, PYPBD, segments + 1, substeps, frames, out, env=environment)
     grid = in_grid(np.load(out))
     Path(out).unlink()
     return grid, result
@@ -253,7 +272,7 @@ def collect(arguments):
 
     for segments in arguments.segments:
         folder = f"{arguments.scratch}/{segments}"
-        finest = 0.5 if segments < 128 else 1
+        finest = 0.5 if segments < 64 else 1
         fine = {"time.step": f"{finest} ms", "shell.newton_tolerance": 1e-4, "shell.linear_tolerance": 1e-2}
         kept = Path(f"{folder}_reference.npz")
         if kept.exists():
@@ -263,7 +282,7 @@ def collect(arguments):
             reference, timed = run_charcloth(arguments, segments, arguments.frames, fine, folder)
             np.savez(kept, grid=reference, timed=json.dumps(timed))
         note("charcloth", segments, f"{finest} ms, 0.0001", timed, figures(reference, reference))
-        small = [(1, 1e-4), (2, 1e-3), (3.5, 1e-3)] if segments < 128 else []
+        small = [(1, 1e-4), (2, 1e-3), (3.5, 1e-3)] if segments < 64 else []
         for step, newton in [*small, (7, 1e-3), (14, 1e-3), (14, 1e-2), (21, 1e-2), (42, 1e-2)]:
             settings = {"time.step": f"{step} ms", "shell.newton_tolerance": newton}
             grid, timed = run_charcloth(arguments, segments, arguments.frames, settings, folder)
@@ -318,16 +337,12 @@ def draw(rows, picture):
 
 def main():
     """Reads the arguments, measures, writes."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--charcloth", required=True, help="the program")
-    parser.add_argument("--blender", help="a Python that has bpy")
+    parser = command_line(__doc__)
     parser.add_argument("--pypbd", help="a Python that has pypbd")
     parser.add_argument("--segments", type=int, nargs="+", default=[32, 64], help="cells a side")
     parser.add_argument("--scene", default="hang", help="hang, drape, fold or benches/clamp.toml")
     parser.add_argument("--frames", type=int, default=12)
-    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--scratch", default="/tmp/work_precision", help="folder for runs, which are removed again but for references")
-    parser.add_argument("--csv", required=True)
     parser.add_argument("--picture", help="of `hang` only")
     parser.add_argument("--draw-only", action="store_true", help="draw the table that is there")
     arguments = parser.parse_args()

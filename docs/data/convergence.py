@@ -74,8 +74,8 @@ def frame(folder, number):
 def curl_radius(frame, hangs):
     """Of the hem that has charred by half and more: area over the sum of how far it turns along each side [m]."""
     corners, place = frame["triangle_corners"], frame["position"]
-    hem = corners[hangs & (frame["charred"][corners].mean(1) > 0.5)]
-    area = frame["triangle_rest_area"][hangs & (frame["charred"][corners].mean(1) > 0.5)].sum()
+    black = hangs & (frame["charred"][corners].mean(1) > 0.5)
+    hem, area = corners[black], frame["triangle_rest_area"][black].sum()
     a, b, c = (place[hem[:, k]] for k in range(3))
     normal = numpy.cross(b - a, c - a)
     normal /= numpy.maximum(numpy.linalg.norm(normal, axis=1), 1e-30)[:, None]

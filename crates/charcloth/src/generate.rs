@@ -186,12 +186,7 @@ mod tests {
     #[test]
     fn layers_are_turned_by_no_more_than_they_should_and_each_by_its_own_angle() {
         let most = 0.2;
-        let sheet = Sheet {
-            layers: 4,
-            layer_turn: crate::units::Angle(most),
-            shape: crate::scene::Shape::Grid,
-            ..Sheet::default()
-        };
+        let sheet = Sheet { layers: 4, layer_turn: crate::units::Angle(most), ..Sheet::default() };
         let mesh = layers(&sheet, 7, |_| grid(3, 3, DVec2::splat(0.1)));
         let angles: Vec<f64> = (0..4)
             .map(|layer| {
