@@ -25,7 +25,8 @@ const NEAR: f64 = 2.0;
 /// Share of the pairs that must come or go under a correction for it to be worth another. // tuned: 0 to 0.1
 const WORTH: f64 = 0.03;
 /// How many times as stiff as its barrier a pair in contact is held that a correction would push through.
-const HOLD: f64 = 10.0; // tuned: 3 to 30; held less where it is near, it takes five times as long; at 100 single precision no longer solves
+// tuned: 3 to 30; held less where it is near, it takes five times as long; at 100 single precision no longer solves
+const HOLD: f64 = 10.0;
 /// Part of an edge at its ends over which an edge-edge pair fades away: there a vertex takes over. // tuned: 0.02 to 0.2
 const FADE: f64 = 0.1;
 /// Squared sine of the angle under which edges count as parallel, and their pair fades: vertices are closer. [Li2020]
@@ -469,9 +470,7 @@ impl Response {
         for (p, plane) in self.scenery.planes.iter().enumerate() {
             let side = |at: DVec3, point: DVec3| (at - point).dot(plane.normal) > 0.0;
             let [from, to, _] = self.plane[p];
-            let through = |i: &usize| side(self.start[*i], from) && !side(self.now[*i], to);
-            // Nodes of what has burnt away fall freely.
-            nodes += (0..self.count).filter(|i| self.area[*i] > 0.0).filter(through).count();
+            nodes += (0..self.count).filter(|i| side(self.start[*i], from) && !side(self.now[*i], to)).count();
         }
         pairs + nodes
     }
