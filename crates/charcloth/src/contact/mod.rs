@@ -25,7 +25,7 @@ pub use proximity::{Kind, Proximity};
 pub use surface::{Body, Rows, Surface};
 
 use crate::error::Error;
-use continuous::{Goal, cannot_approach, time_of_impact};
+use continuous::{AMPLE, Goal, cannot_approach, stay_apart, time_of_impact};
 use glam::DVec3;
 use proximity::Nearest;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -187,15 +187,18 @@ impl Contacts {
     }
 
     fn impacts(&mut self, before: &[DVec3], after: &[DVec3], goal: Goal) -> &[Impact] {
-        let reach = match goal {
-            Goal::Keep(distance) | Goal::Approach(distance) => distance,
-            Goal::Tell => 0.0,
-        };
-        self.refit(before, after, reach);
-        let clearance = std::mem::take(&mut self.clearance);
         let known = matches!(goal, Goal::Approach(_)) && self.detected_at == before;
+        if known && self.nothing_can_approach(before, after) {
+            self.impacts.clear();
+            return &self.impacts;
+        }
+        self.refit(before, after, goal.reach());
+        let clearance = std::mem::take(&mut self.clearance);
         self.walk_paths(before, after, |kind, features, nodes, start, end| {
             if known && cannot_approach(kind, nodes.map(|i| clearance[i as usize]), start, end) {
+                return None;
+            }
+            if stay_apart(kind, &start, &end, goal) {
                 return None;
             }
             let (time, offset, weights) = time_of_impact(kind, start, end, goal, 1.0)?;
@@ -204,6 +207,15 @@ impl Contacts {
         });
         self.clearance = clearance;
         &self.impacts
+    }
+
+    /// Whether every node moves so little beside all others together, for how far it is from anything, that no pair can
+    /// approach.
+    fn nothing_can_approach(&self, before: &[DVec3], after: &[DVec3]) -> bool {
+        let way = mean_way(before, after);
+        let ways = before.iter().zip(after).map(|(before, after)| (*after - *before - way).length());
+        // A pair has two nodes in this, and keeps the distance of the one that is farther from anything.
+        ways.zip(&self.clearance).all(|(way, clearance)| way <= 0.5 * AMPLE * clearance)
     }
 
     /// Shows every pair whose swept boxes meet, with its nodes at the start and at the end; fills `impacts`.
@@ -258,7 +270,8 @@ impl Contacts {
         pairs.len()
     }
 
-    /// Boxes around every path, such that two within `reach` [m] of each other overlap.
+    /// Boxes around every path, such that two within `reach` [m] of each other overlap: paths as they look from what moves
+    /// with the mean of all nodes, which are shorter and have the same distances.
     fn refit(&mut self, before: &[DVec3], after: &[DVec3], reach: f64) {
         let Self { surface, vertices, edges, triangles, .. } = self;
         check_length(surface, before);
@@ -270,16 +283,23 @@ impl Contacts {
             triangles.refit(|t| Bounds::around(&surface.corners(before, t), margin));
             return;
         }
-        vertices.refit(|i| Bounds::around(&[before[i as usize], after[i as usize]], margin));
+        let way = mean_way(before, after);
+        vertices.refit(|i| Bounds::around(&[before[i as usize], after[i as usize] - way], margin));
         edges.refit(|e| {
             let ([a, b], [c, d]) = (surface.ends(before, e), surface.ends(after, e));
-            Bounds::around(&[a, b, c, d], margin)
+            Bounds::around(&[a, b, c - way, d - way], margin)
         });
         triangles.refit(|t| {
             let ([a, b, c], [d, e, f]) = (surface.corners(before, t), surface.corners(after, t));
-            Bounds::around(&[a, b, c, d, e, f], margin)
+            Bounds::around(&[a, b, c, d - way, e - way, f - way], margin)
         });
     }
+}
+
+/// Mean of the ways of all nodes [m].
+fn mean_way(before: &[DVec3], after: &[DVec3]) -> DVec3 {
+    let sum: DVec3 = before.iter().zip(after).map(|(before, after)| *after - *before).sum();
+    sum / before.len().max(1) as f64
 }
 
 fn check_length(surface: &Surface, positions: &[DVec3]) {

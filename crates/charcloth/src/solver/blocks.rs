@@ -1,6 +1,5 @@
 //! Sparse matrices of 3 x 3 blocks: rows are nodes, in the order of the mesh.
 
-use glam::{Mat3A, Vec3A};
 use rayon::prelude::*;
 
 /// Rows that one thread takes at a time. Fixed, so that the work is cut up alike on any number of threads.
@@ -81,24 +80,23 @@ impl Pattern {
         self.columns(i).binary_search(&j).ok().map(|k| self.first[i] as usize + k)
     }
 
-    /// The pattern of the transpose, and for each of its blocks the block it comes from.
-    pub fn transposed(&self, columns: usize) -> (Self, Vec<u32>) {
+    /// The pattern of the transpose.
+    pub fn transposed(&self, columns: usize) -> Self {
         let mut first = vec![0u32; columns + 1];
         self.column.iter().for_each(|j| first[*j as usize + 1] += 1);
         for j in 0..columns {
             first[j + 1] += first[j];
         }
         let mut next = first.clone();
-        let (mut column, mut origin) = (vec![0; self.blocks()], vec![0; self.blocks()]);
+        let mut column = vec![0; self.blocks()];
         for i in 0..self.rows() {
-            for k in self.row(i) {
-                let place = &mut next[self.column[k] as usize];
+            for j in self.columns(i) {
+                let place = &mut next[*j as usize];
                 column[*place as usize] = i as u32;
-                origin[*place as usize] = k as u32;
                 *place += 1;
             }
         }
-        (Self { first, column }, origin)
+        Self { first, column }
     }
 }
 
@@ -182,18 +180,4 @@ pub fn sum_by_rows(
         sums.iter_mut().enumerate().for_each(|(task, sum)| part(task, sum));
     }
     sums.iter().sum()
-}
-
-/// One row of `A x` in single precision.
-#[inline(always)]
-pub fn block_row_times(pattern: &Pattern, blocks: &[Mat3A], x: &[Vec3A], i: usize) -> Vec3A {
-    let row = pattern.row(i);
-    let mut sums = [Vec3A::ZERO; 3];
-    for (j, block) in pattern.column[row.clone()].iter().zip(&blocks[row]) {
-        let x = x[*j as usize];
-        sums[0] += block.x_axis * x.x;
-        sums[1] += block.y_axis * x.y;
-        sums[2] += block.z_axis * x.z;
-    }
-    (sums[0] + sums[1]) + sums[2]
 }

@@ -6,15 +6,13 @@
 use super::StepMatrix;
 use super::blocks::{by_row_pairs, by_rows, sum_by_rows};
 use super::multigrid::Multigrid;
-use glam::{DVec3, Vec3A};
+use glam::DVec3;
 
 /// Buffers that are kept between solutions.
 #[derive(Debug, Clone, Default)]
 pub struct ConjugateGradients {
-    preconditioned: Vec<DVec3>,
     direction: Vec<DVec3>,
     image: Vec<DVec3>,
-    single: Vec<Vec3A>,
     sums: Vec<f64>,
 }
 
@@ -43,11 +41,10 @@ impl ConjugateGradients {
     ) -> Option<usize> {
         let rows = r.len();
         x.fill(DVec3::ZERO);
-        for buffer in [&mut self.preconditioned, &mut self.direction, &mut self.image] {
+        for buffer in [&mut self.direction, &mut self.image] {
             buffer.resize(rows, DVec3::ZERO);
         }
-        self.single.resize(rows, Vec3A::ZERO);
-        let Self { preconditioned, direction, image, single, sums } = self;
+        let Self { direction, image, sums } = self;
         let (mut start, mut before) = (0.0, 0.0);
         for iteration in 0..tolerance.iterations {
             // Single precision has seven digits but also a least number: the cycle sees residuals near one.
@@ -55,14 +52,10 @@ impl ConjugateGradients {
             if scale == 0.0 || !scale.is_finite() {
                 return Some(iteration);
             }
-            by_rows(single, parallel, |first, single| {
-                single.iter_mut().zip(&r[first..]).for_each(|(s, r)| *s = (*r / scale).as_vec3a());
-            });
-            let correction = multigrid.cycle(single, parallel);
-            by_rows(preconditioned, parallel, |first, preconditioned| {
-                preconditioned.iter_mut().zip(&correction[first..]).for_each(|(z, c)| *z = c.as_dvec3() * scale);
-            });
-            let error = sum_by_rows(rows, parallel, sums, |part| part.map(|i| r[i].dot(preconditioned[i])).sum());
+            let to_one = 1.0 / scale;
+            let correction = multigrid.cycle(|i| (r[i] * to_one).as_vec3().extend(0.0), parallel);
+            let preconditioned = |i: usize| correction[i].truncate().as_dvec3() * scale;
+            let error = sum_by_rows(rows, parallel, sums, |part| part.map(|i| r[i].dot(preconditioned(i))).sum());
             if iteration == 0 {
                 start = error;
             }
@@ -76,7 +69,7 @@ impl ConjugateGradients {
             before = error;
             by_rows(direction, parallel, |first, direction| {
                 for (k, direction) in direction.iter_mut().enumerate() {
-                    *direction = preconditioned[first + k] + *direction * keep;
+                    *direction = preconditioned(first + k) + *direction * keep;
                 }
             });
             matrix.multiply(direction, image, parallel);

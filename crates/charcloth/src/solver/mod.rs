@@ -3,7 +3,6 @@
 pub mod blocks;
 pub mod conjugate_gradients;
 pub mod couplings;
-mod galerkin;
 pub mod multigrid;
 
 use blocks::{Pattern, on_widest_unit};

@@ -1,8 +1,9 @@
 //! Direct solution of the coarsest level, a connected part at a time, by Cholesky factors in double precision.
 
+use super::lanes::Wide;
+use crate::solver::StepMatrix;
 use crate::solver::blocks::Pattern;
-use crate::solver::galerkin::Wide;
-use glam::{DMat3, DVec3, Vec3A};
+use glam::{DMat3, DVec3, Vec4};
 
 /// Most rows of a part that is solved directly.
 const MOST_ROWS: usize = 192;
@@ -26,12 +27,13 @@ struct Part {
 }
 
 impl Direct {
-    /// Finds the parts of a matrix of blocks of these patterns.
-    pub fn lay_out(pattern: &Pattern, ties: &Pattern) -> Self {
-        let mut place = vec![[u32::MAX; 2]; pattern.rows()];
-        let mut seen = vec![false; pattern.rows()];
+    /// Finds the parts of a matrix whose nodes are linked by these patterns and have so many rows each.
+    pub fn lay_out(links: &Pattern, ties: &Pattern, rows_a_node: usize) -> Self {
+        let nodes = links.rows();
+        let mut place = vec![[u32::MAX; 2]; nodes * rows_a_node];
+        let mut seen = vec![false; nodes];
         let (mut parts, mut size, mut found) = (Vec::new(), 0, Vec::new());
-        for start in 0..pattern.rows() {
+        for start in 0..nodes {
             if seen[start] {
                 continue;
             }
@@ -39,8 +41,8 @@ impl Direct {
             found.push(start as u32);
             let mut rows = Vec::new();
             while let Some(i) = found.pop() {
-                rows.push(i);
-                for j in pattern.columns(i as usize).iter().chain(ties.columns(i as usize)) {
+                rows.extend((0..rows_a_node).map(|half| (i as usize * rows_a_node + half) as u32));
+                for j in links.columns(i as usize).iter().chain(ties.columns(i as usize)) {
                     if !std::mem::replace(&mut seen[*j as usize], true) {
                         found.push(*j);
                     }
@@ -70,20 +72,29 @@ impl Direct {
         self.factor.fill(0.0);
     }
 
-    /// Adds to the matrix: `block` gives the blocks of the pattern, `tie` the numbers of the other.
-    pub fn add(
-        &mut self,
-        pattern: &Pattern,
-        block: impl Fn(usize) -> Wide,
-        ties: &Pattern,
-        tie: impl Fn(usize) -> f64,
-    ) {
+    /// Adds a matrix of blocks and ties, without its couplings.
+    pub fn add_matrix(&mut self, matrix: &StepMatrix) {
+        let StepMatrix { pattern, blocks, ties, tie, .. } = matrix;
         for i in 0..pattern.rows() {
             for k in pattern.row(i) {
-                self.add_block([i, pattern.column[k] as usize], block(k).into());
+                self.add_block([i, pattern.column[k] as usize], blocks[k]);
             }
             for k in ties.row(i) {
-                self.add_block([i, ties.column[k] as usize], DMat3::from_diagonal(DVec3::splat(tie(k))));
+                self.add_block([i, ties.column[k] as usize], DMat3::from_diagonal(DVec3::splat(tie[k])));
+            }
+        }
+    }
+
+    /// Adds a matrix of bodies that are linked so.
+    pub fn add_bodies(&mut self, links: &Pattern, strips: &[[Wide; 2]]) {
+        for i in 0..links.rows() {
+            for k in links.row(i) {
+                let j = links.column[k] as usize;
+                for (half, strip) in strips[k].iter().enumerate() {
+                    for turns in 0..2 {
+                        self.add_block([2 * i + half, 2 * j + turns], strip.part(turns));
+                    }
+                }
             }
         }
     }
@@ -112,13 +123,13 @@ impl Direct {
     }
 
     /// Solves for what is factorised; leaves the other rows alone.
-    pub fn solve(&mut self, right: &[Vec3A], solution: &mut [Vec3A]) {
+    pub fn solve(&mut self, right: &[Vec4], solution: &mut [Vec4]) {
         let Self { parts, factor, scratch: x, .. } = self;
         for part in parts {
             let n = 3 * part.rows.len();
             let factor = &factor[part.first..part.first + n * n];
             x.clear();
-            x.extend(part.rows.iter().flat_map(|i| right[*i as usize].to_array()).map(f64::from));
+            x.extend(part.rows.iter().flat_map(|i| right[*i as usize].truncate().to_array()).map(f64::from));
             for i in 0..n {
                 x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
             }
@@ -130,7 +141,7 @@ impl Direct {
                 }
             }
             for (k, i) in part.rows.iter().enumerate() {
-                solution[*i as usize] = Vec3A::new(x[3 * k] as f32, x[3 * k + 1] as f32, x[3 * k + 2] as f32);
+                solution[*i as usize] = Vec4::new(x[3 * k] as f32, x[3 * k + 1] as f32, x[3 * k + 2] as f32, 0.0);
             }
         }
     }
@@ -173,15 +184,18 @@ mod tests {
         let pattern = Pattern::from_rows((0..3).map(|i| vec![i]));
         let ties = Pattern::from_rows([vec![2], vec![], vec![0]].into_iter());
         let block = DMat3::from_cols_array_2d(&[[4.0, 1.0, 0.0], [1.0, 5.0, 2.0], [0.0, 2.0, 6.0]]);
-        let mut direct = Direct::lay_out(&pattern, &ties);
+        let mut matrix = StepMatrix::zeros(pattern, ties);
+        matrix.blocks.fill(block);
+        matrix.tie.fill(-1.5);
+        let mut direct = Direct::lay_out(&matrix.pattern, &matrix.ties, 1);
         assert!(!direct.leaves_some());
-        direct.add(&pattern, |_| block.into(), &ties, |_| -1.5);
+        direct.add_matrix(&matrix);
         direct.factorise();
-        let right = [Vec3A::new(1.0, 2.0, 3.0), Vec3A::new(-1.0, 0.5, 0.0), Vec3A::new(0.0, -2.0, 1.0)];
-        let mut x = [Vec3A::ZERO; 3];
+        let right = [[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0], [0.0, -2.0, 1.0]].map(|[x, y, z]| Vec4::new(x, y, z, 0.0));
+        let mut x = [Vec4::ZERO; 3];
         direct.solve(&right, &mut x);
-        let single = block.as_mat3();
-        let images = [single * x[0] - 1.5 * x[2], single * x[1], single * x[2] - 1.5 * x[0]];
+        let times = |x: Vec4| (block.as_mat3() * x.truncate()).extend(0.0);
+        let images = [times(x[0]) - 1.5 * x[2], times(x[1]), times(x[2]) - 1.5 * x[0]];
         for (image, right) in images.iter().zip(&right) {
             assert!(image.distance(*right) < 1e-5, "{image} is not {right}");
         }

@@ -8,10 +8,10 @@
 //! Valid when: contact does not dwarf the sheet by more than single precision can tell. Cost: with as many joints as
 //! nodes, about a seventh of a cycle.
 
-use super::turned;
+use super::level::turned;
 use crate::solver::blocks::by_rows;
 use crate::solver::couplings::Coupling;
-use glam::{DMat3, Mat3A, Vec3A};
+use glam::{DMat3, Mat3A, Vec3A, Vec4};
 
 /// Sum of weights, of one body, that is but rounding.
 const LEAST_WEIGHT: f32 = 1e-5;
@@ -149,16 +149,16 @@ impl Joints {
     }
 
     /// Works out with what force each joint pulls, of a field with so many rows a node.
-    pub fn stretch(&mut self, x: &[Vec3A], rows_a_node: usize, parallel: bool) {
+    pub fn stretch(&mut self, x: &[Vec4], rows_a_node: usize, parallel: bool) {
         let mut pull = std::mem::take(&mut self.pull);
         by_rows(&mut pull, parallel, |first, pull| {
             for (k, pull) in pull.iter_mut().enumerate() {
                 let mut apart = Vec3A::ZERO;
                 for part in self.of(first + k) {
                     let row = rows_a_node * part.node as usize;
-                    apart += x[row] * part.weight;
+                    apart += Vec3A::from_vec4(x[row]) * part.weight;
                     if rows_a_node == 2 {
-                        apart += x[row + 1].cross(part.lever);
+                        apart += Vec3A::from_vec4(x[row + 1]).cross(part.lever);
                     }
                 }
                 *pull = self.blocks[first + k] * apart;
@@ -168,13 +168,13 @@ impl Joints {
     }
 
     /// Adds what the joints, stretched, pull at rows from `first` on.
-    pub fn add_pull(&self, rows_a_node: usize, first: usize, y: &mut [Vec3A]) {
+    pub fn add_pull(&self, rows_a_node: usize, first: usize, y: &mut [Vec4]) {
         for (k, rows) in y.chunks_exact_mut(rows_a_node).enumerate() {
             for part in self.of_node(first / rows_a_node + k) {
                 let pull = self.pull[part.joint as usize];
-                rows[0] += pull * part.weight;
+                rows[0] += (pull * part.weight).extend(0.0);
                 if let Some(turns) = rows.get_mut(1) {
-                    *turns += part.lever.cross(pull);
+                    *turns += part.lever.cross(pull).extend(0.0);
                 }
             }
         }
@@ -190,7 +190,7 @@ impl Joints {
             if row.is_multiple_of(rows_a_node) {
                 return block * (part.weight.abs() * reach);
             }
-            let (lever, length) = (turned(part.lever), part.lever.length());
+            let (lever, length) = (turn_of(part.lever), part.lever.length());
             if length > 0.0 { lever.transpose() * block * lever * (reach / length) } else { Mat3A::ZERO }
         };
         let sum: Mat3A = self.of_node(row / rows_a_node).map(of_part).sum();
@@ -205,7 +205,7 @@ impl Joints {
                     let [i, j] = [one, other].map(|part| rows_a_node * part.node as usize);
                     add([i, j], (*block * (one.weight * other.weight)).as_dmat3());
                     if rows_a_node == 2 {
-                        let [arm, other_arm] = [turned(one.lever).transpose(), turned(other.lever)];
+                        let [arm, other_arm] = [turn_of(one.lever).transpose(), turn_of(other.lever)];
                         add([i, j + 1], (*block * other_arm * one.weight).as_dmat3());
                         add([i + 1, j], (arm * *block * other.weight).as_dmat3());
                         add([i + 1, j + 1], (arm * *block * other_arm).as_dmat3());
@@ -214,6 +214,11 @@ impl Joints {
             }
         }
     }
+}
+
+/// How a turn moves the end of a lever.
+fn turn_of(lever: Vec3A) -> Mat3A {
+    turned(lever.as_dvec3()).as_mat3().into()
 }
 
 #[cfg(test)]
@@ -259,8 +264,8 @@ mod tests {
         Pair { fine, coarse, aggregate, position: [position, middles], reach }
     }
 
-    fn energy(joints: &mut Joints, x: &[Vec3A], rows_a_node: usize) -> f32 {
-        let mut y = vec![Vec3A::ZERO; x.len()];
+    fn energy(joints: &mut Joints, x: &[Vec4], rows_a_node: usize) -> f32 {
+        let mut y = vec![Vec4::ZERO; x.len()];
         joints.stretch(x, rows_a_node, false);
         joints.add_pull(rows_a_node, 0, &mut y);
         x.iter().zip(&y).map(|(x, y)| x.dot(*y)).sum()
@@ -273,18 +278,21 @@ mod tests {
         assert_eq!(coarse.blocks.len(), 3);
         // Small beside all else: the joint within a body, which a turn of it alone meets.
         fine.blocks[3] = Mat3A::ZERO;
-        let mut random_vector = || DVec3::new(random.normal(), random.normal(), random.normal()).as_vec3a();
-        let moves: Vec<Vec3A> = (0..2 * BODIES).map(|_| random_vector()).collect();
+        let mut random_vector = || DVec3::new(random.normal(), random.normal(), random.normal()).as_vec3().extend(0.0);
+        let moves: Vec<Vec4> = (0..2 * BODIES).map(|_| random_vector()).collect();
         let follows = |i: usize| {
             let body = aggregate[i] as usize;
-            moves[2 * body] + moves[2 * body + 1].cross(nodes[i] - middles[body]) / reach
+            let turn = Vec3A::from_vec4(moves[2 * body + 1]);
+            moves[2 * body] + (turn.cross(nodes[i] - middles[body]) / reach).extend(0.0)
         };
-        let x: Vec<Vec3A> = (0..NODES).map(follows).collect();
+        let x: Vec<Vec4> = (0..NODES).map(follows).collect();
         let [of_nodes, of_bodies] = [energy(&mut fine, &x, 1), energy(&mut coarse, &moves, 2)];
         assert!((of_nodes - of_bodies).abs() < 1e-4 * of_nodes, "{of_nodes} and {of_bodies}");
         // Blocks, as the coarsest level takes them, say the same.
         let mut sum = 0.0;
-        coarse.blocks(2, |[i, j], block| sum += moves[i].as_dvec3().dot(block * moves[j].as_dvec3()));
+        coarse.blocks(2, |[i, j], block| {
+            sum += moves[i].truncate().as_dvec3().dot(block * moves[j].truncate().as_dvec3())
+        });
         assert!((sum - f64::from(of_bodies)).abs() < 1e-4 * sum, "{sum} and {of_bodies}");
     }
 
@@ -298,7 +306,7 @@ mod tests {
             let vector = |random: &mut Random| DVec3::new(random.normal(), random.normal(), random.normal());
             for (joints, rows_a_node, rows) in [(&mut fine, 1, NODES), (&mut coarse, 2, 2 * BODIES)] {
                 let x: Vec<DVec3> = (0..rows).map(|_| vector(&mut random)).collect();
-                let single: Vec<Vec3A> = x.iter().map(|x| x.as_vec3a()).collect();
+                let single: Vec<Vec4> = x.iter().map(|x| x.as_vec3().extend(0.0)).collect();
                 let meets = f64::from(energy(joints, &single, rows_a_node));
                 let bears: f64 = (0..rows).map(|i| x[i].dot(joints.diagonal(rows_a_node, i, largest) * x[i])).sum();
                 most = most.max(meets / bears);

@@ -1,49 +1,53 @@
 //! From a level of the multigrid cycle to the next: aggregates, prolongation, and where products of a coarsening go.
 
 use super::NONE;
-use crate::solver::blocks::{Pattern, block_row_times, on_widest_unit};
-use crate::solver::galerkin::Wide;
-use glam::{Mat3A, Vec3A};
+use super::galerkin::{Prolongation, add_restricted};
+use super::lanes::{Strip, Wide, cross, totals};
+use crate::solver::blocks::{Pattern, by_rows, on_widest_unit};
+use glam::{Vec3A, Vec4};
+use std::ops::Range;
+
+/// Aggregates that a part of the coarsening takes at least.
+const AGGREGATES_A_PART: usize = 128;
+/// Most parts.
+const PARTS: usize = 16;
 
 /// From a level to the next.
 pub struct Transfer {
     pub aggregate: Vec<u32>,
     /// Number of nodes of each aggregate.
     pub size: Vec<f32>,
-    /// How a rotation of the aggregate moves each row.
-    pub tentative: Vec<Mat3A>,
-    /// Where the displacement of a row's own aggregate stands among the row's blocks of the prolongation.
+    /// From the middle of its aggregate to each node, over the unit of turns of the next level.
+    pub arm: Vec<Vec4>,
+    /// The unit of turns of this level over that of the next.
+    pub scale: f32,
+    rows_a_node: usize,
+    /// Where a node's own aggregate stands among those that move it.
     pub own: Vec<u8>,
-    /// Prolongation.
+    /// Prolongation: aggregates that move each node, and strips for the rows of the node.
     pub pattern: Pattern,
-    pub blocks: Vec<Mat3A>,
-    /// Where the displacement of the aggregate of each block's column stands among the row's blocks of the prolongation.
+    pub strips: Vec<Strip>,
+    /// Where the aggregate of each link's other end stands among those that move the node; the same of ties.
     pub smoothed_at: Vec<u8>,
-    /// The same for each tie.
     pub tied_at: Vec<u8>,
-    /// Restriction: the transpose, its values, and the block of the prolongation that each stands for.
-    pub transposed: Pattern,
-    pub restriction: Vec<Mat3A>,
-    pub origin: Vec<u32>,
-    /// A times prolongation: pattern, values, and where each product goes within its row.
-    pub product: Pattern,
-    pub product_blocks: Vec<Wide>,
-    pub product_at: Vec<u16>,
-    pub first_product: Vec<u32>,
-    /// Where each product of restriction and that goes within its row, from the diagonal on.
-    pub coarse_at: Vec<u16>,
-    pub first_coarse: Vec<u32>,
-    /// For each block of the next level before the diagonal, its mirror image.
-    pub mirror: Vec<u32>,
+    /// Nodes that each aggregate moves.
+    transposed: Pattern,
+    /// Matrix times prolongation: which aggregates a node meets, and where each product goes among them.
+    product: Pattern,
+    product_at: Vec<u16>,
+    first_product: Vec<u32>,
+    /// Where what a node passes on to each aggregate goes within the row of that: from the diagonal on.
+    coarse_at: Vec<u16>,
+    first_coarse: Vec<u32>,
+    parts: Vec<Part>,
+    /// Products of a node, for each part.
+    sums: Vec<Vec<Wide>>,
 }
 
-/// Adds rows of the product of a matrix with a field.
-pub fn add_rows(pattern: &Pattern, blocks: &[Mat3A], field: &[Vec3A], first: usize, sums: &mut [Vec3A]) {
-    on_widest_unit!((pattern: &Pattern, blocks: &[Mat3A], field: &[Vec3A], first: usize, sums: &mut [Vec3A]) {
-        for (k, sum) in sums.iter_mut().enumerate() {
-            *sum += block_row_times(pattern, blocks, field, first + k);
-        }
-    });
+/// A range of aggregates, and the nodes that they move.
+struct Part {
+    aggregates: Range<usize>,
+    nodes: Vec<u32>,
 }
 
 /// Groups of nodes around nodes that are far enough apart: the aggregate of each node, and how many there are. Fixed
@@ -76,36 +80,40 @@ pub fn aggregates(graph: &Pattern, fixed: &[bool]) -> (Vec<u32>, usize) {
 }
 
 impl Transfer {
-    /// Lays out the way from a level of this pattern to its aggregates.
-    pub fn lay_out(matrix: &Pattern, ties: &Pattern, rows_a_node: usize, aggregate: Vec<u32>, count: usize) -> Self {
-        let rows = matrix.rows();
-        let aggregate_of = |row: u32| aggregate[row as usize / rows_a_node];
+    /// Lays out the way from a level to its aggregates: of a matrix of these patterns and a level of these links.
+    pub fn lay_out(
+        [matrix, ties, links]: [&Pattern; 3],
+        rows_a_node: usize,
+        aggregate: Vec<u32>,
+        count: usize,
+    ) -> Self {
+        let nodes = matrix.rows();
         let all_columns = |i: usize| matrix.columns(i).iter().chain(ties.columns(i)).copied();
-        let pattern = Pattern::from_rows((0..rows).map(|i| {
-            if aggregate_of(i as u32) == NONE {
+        let pattern = Pattern::from_rows((0..nodes).map(|i| {
+            if aggregate[i] == NONE {
                 return Vec::new();
             }
-            all_columns(i).map(aggregate_of).filter(|a| *a != NONE).flat_map(|a| [2 * a, 2 * a + 1]).collect()
+            all_columns(i).map(|j| aggregate[j as usize]).filter(|a| *a != NONE).collect()
         }));
         let place = |i: usize, j: u32| {
-            let a = aggregate_of(j);
-            let found = (a != NONE).then(|| pattern.find(i, 2 * a)).flatten();
+            let a = aggregate[j as usize];
+            let found = (a != NONE).then(|| pattern.find(i, a)).flatten();
             found.map_or(u8::MAX, |k| (k - pattern.first[i] as usize) as u8)
         };
-        let own = (0..rows).map(|i| place(i, i as u32)).collect();
+        let own = (0..nodes).map(|i| place(i, i as u32)).collect();
         let places = |of: &Pattern| {
-            (0..rows).flat_map(|i| of.columns(i).iter().map(move |j| (i, *j))).map(|(i, j)| place(i, j)).collect()
+            (0..nodes).flat_map(|i| of.columns(i).iter().map(move |j| (i, *j))).map(|(i, j)| place(i, j)).collect()
         };
-        let (smoothed_at, tied_at) = (places(matrix), places(ties));
-        let product = Pattern::from_rows((0..rows).map(|i| {
+        let (smoothed_at, tied_at) = (places(links), places(ties));
+        let product = Pattern::from_rows((0..nodes).map(|i| {
             if pattern.row(i).is_empty() {
                 return Vec::new();
             }
             all_columns(i).flat_map(|j| pattern.columns(j as usize)).copied().collect()
         }));
         let mut product_at = Vec::new();
-        let mut first_product = Vec::with_capacity(rows);
-        for i in 0..rows {
+        let mut first_product = Vec::with_capacity(nodes + 1);
+        for i in 0..nodes {
             first_product.push(product_at.len() as u32);
             for j in all_columns(i) {
                 for a in pattern.columns(j as usize) {
@@ -114,14 +122,18 @@ impl Transfer {
                 }
             }
         }
+        first_product.push(product_at.len() as u32);
         let mut size = vec![0.0; count];
         aggregate.iter().filter(|a| **a != NONE).for_each(|a| size[*a as usize] += 1.0);
-        let (transposed, origin) = pattern.transposed(2 * count);
+        let transposed = pattern.transposed(count);
+        let parts = (count / AGGREGATES_A_PART).clamp(1, PARTS);
+        let parts: Vec<_> =
+            (0..parts).map(|p| Part::over(p * count / parts..(p + 1) * count / parts, &transposed)).collect();
         Self {
-            blocks: vec![Mat3A::ZERO; pattern.blocks()],
-            restriction: vec![Mat3A::ZERO; pattern.blocks()],
-            product_blocks: vec![Wide::ZERO; product.blocks()],
-            tentative: vec![Mat3A::ZERO; rows],
+            rows_a_node,
+            strips: vec![Strip::ZERO; pattern.blocks() * rows_a_node],
+            arm: vec![Vec4::ZERO; nodes],
+            scale: 0.0,
             own,
             size,
             aggregate,
@@ -129,26 +141,21 @@ impl Transfer {
             smoothed_at,
             tied_at,
             transposed,
-            origin,
             product,
             product_at,
             first_product,
             coarse_at: Vec::new(),
             first_coarse: Vec::new(),
-            mirror: Vec::new(),
+            sums: vec![Vec::new(); parts.len()],
+            parts,
         }
     }
 
     /// The pattern of the next level.
     pub fn coarse_pattern(&self) -> Pattern {
         Pattern::from_rows((0..self.transposed.rows()).map(|a| {
-            self.transposed
-                .columns(a)
-                .iter()
-                .flat_map(|i| self.product.columns(*i as usize))
-                .copied()
-                .chain([a as u32])
-                .collect()
+            let nodes = self.transposed.columns(a).iter();
+            nodes.flat_map(|i| self.product.columns(*i as usize)).copied().chain([a as u32]).collect()
         }))
     }
 
@@ -168,19 +175,191 @@ impl Transfer {
 
     /// Looks up where products go in the pattern of the next level.
     pub fn place_coarse(&mut self, coarse: &Pattern) {
-        self.mirror = vec![0; coarse.blocks()];
-        for a in 0..coarse.rows() {
-            for k in coarse.row(a) {
-                let mirrored = coarse.find(coarse.column[k] as usize, a as u32);
-                self.mirror[k] = mirrored.expect("the pattern is its own mirror image") as u32;
-            }
+        for i in 0..self.pattern.rows() {
             self.first_coarse.push(self.coarse_at.len() as u32);
-            for i in self.transposed.columns(a) {
-                for b in self.product.columns(*i as usize).iter().filter(|b| **b >= a as u32) {
-                    let place = coarse.find(a, *b).expect("the pattern holds every product");
-                    self.coarse_at.push((place - coarse.first[a] as usize) as u16);
+            for a in self.pattern.columns(i) {
+                for b in self.product.columns(i).iter().filter(|b| *b >= a) {
+                    let place = coarse.find(*a as usize, *b).expect("the pattern holds every product");
+                    self.coarse_at.push((place - coarse.first[*a as usize] as usize) as u16);
                 }
             }
         }
+    }
+
+    /// Restriction of a field of this level: what nodes pass on to aggregates, summed up in rising order, whatever the parts.
+    pub fn restrict(&self, fine: &[Vec4], coarse: &mut [[Vec4; 2]], parallel: bool) {
+        if parallel {
+            in_parts(
+                &self.parts,
+                coarse,
+                &|coarse, low| coarse.split_at_mut(low[low.len() - 1].aggregates.end - low[0].aggregates.start),
+                &|part, coarse| {
+                    self.restrict_to(&part.aggregates, &mut part.nodes.iter().map(|i| *i as usize), fine, coarse);
+                },
+            );
+        } else {
+            self.restrict_to(&(0..coarse.len()), &mut (0..self.pattern.rows()), fine, coarse);
+        }
+    }
+
+    fn restrict_to(
+        &self,
+        aggregates: &Range<usize>,
+        nodes: &mut impl Iterator<Item = usize>,
+        fine: &[Vec4],
+        coarse: &mut [[Vec4; 2]],
+    ) {
+        coarse.fill([Vec4::ZERO; 2]);
+        let Self { pattern, strips, rows_a_node, .. } = self;
+        for i in nodes {
+            for k in pattern.row(i) {
+                let a = pattern.column[k] as usize;
+                if !aggregates.contains(&a) {
+                    continue;
+                }
+                let [moves, turns] = &mut coarse[a - aggregates.start];
+                for half in 0..*rows_a_node {
+                    let (strip, pull) = (&strips[rows_a_node * k + half], fine[rows_a_node * i + half]);
+                    let [a, b, c] = [strip.row(0), strip.row(1), strip.row(2)];
+                    *moves += (a[0] * pull.x + b[0] * pull.y) + c[0] * pull.z;
+                    *turns += (a[1] * pull.x + b[1] * pull.y) + c[1] * pull.z;
+                }
+            }
+        }
+    }
+
+    /// Adds to a field of this level what moves of bodies make of it.
+    pub fn prolong(&self, coarse: &[Vec4], fine: &mut [Vec4], parallel: bool) {
+        by_rows(fine, parallel, |first, fine| {
+            let transfer = self;
+            on_widest_unit!((transfer: &Transfer, coarse: &[Vec4], first: usize, fine: &mut [Vec4]) {
+                let Transfer { pattern, strips, rows_a_node, .. } = transfer;
+                let bodies = coarse.as_chunks::<2>().0;
+                for (k, field) in fine.iter_mut().enumerate() {
+                    let (node, half) = ((first + k) / rows_a_node, (first + k) % rows_a_node);
+                    let mut sums = [Vec4::ZERO; 3];
+                    for from in pattern.row(node) {
+                        let [moves, turns] = bodies[pattern.column[from] as usize];
+                        let met = strips[rows_a_node * from + half].meet(moves, turns);
+                        sums.iter_mut().zip(met).for_each(|(sum, met)| *sum += met);
+                    }
+                    *field += totals(&sums);
+                }
+            });
+        });
+    }
+
+    /// The matrix of the next level: P^T A P. `product` works out the row of A P of a node, given the places of its
+    /// products. Rows are summed up node by node in rising order, whatever the parts.
+    pub fn coarsen(
+        &mut self,
+        coarse_pattern: &Pattern,
+        coarse: &mut [[Wide; 2]],
+        parallel: bool,
+        product: impl Fn(usize, Prolongation<'_>, &[u16], &mut [Wide]) + Sync,
+    ) {
+        let mut sums = std::mem::take(&mut self.sums);
+        if parallel {
+            in_parts(
+                &self.parts,
+                (&mut sums[..], &mut *coarse),
+                &|(sums, coarse), low| {
+                    let first = |aggregate: usize| coarse_pattern.first[aggregate] as usize;
+                    let end = low[low.len() - 1].aggregates.end;
+                    let (low_sums, high_sums) = sums.split_at_mut(low.len());
+                    let (low_rows, high_rows) = coarse.split_at_mut(first(end) - first(low[0].aggregates.start));
+                    ((low_sums, low_rows), (high_sums, high_rows))
+                },
+                &|part, (sums, coarse)| {
+                    coarse.fill([Wide::ZERO; 2]);
+                    for i in &part.nodes {
+                        self.pass_on(*i as usize, &part.aggregates, coarse_pattern, &mut sums[0], &product, coarse);
+                    }
+                },
+            );
+        } else {
+            coarse.fill([Wide::ZERO; 2]);
+            for i in 0..self.pattern.rows() {
+                self.pass_on(i, &(0..coarse_pattern.rows()), coarse_pattern, &mut sums[0], &product, coarse);
+            }
+        }
+        self.sums = sums;
+    }
+
+    /// Adds what a node passes on to a range of aggregates, whose rows `coarse` has.
+    fn pass_on(
+        &self,
+        i: usize,
+        aggregates: &Range<usize>,
+        coarse_pattern: &Pattern,
+        sums: &mut Vec<Wide>,
+        product: &impl Fn(usize, Prolongation<'_>, &[u16], &mut [Wide]),
+        coarse: &mut [[Wide; 2]],
+    ) {
+        let rows_a_node = self.rows_a_node;
+        let met = self.product.columns(i);
+        if met.is_empty() {
+            return;
+        }
+        sums.resize(met.len() * rows_a_node, Wide::ZERO);
+        let places = self.first_product[i] as usize..self.first_product[i + 1] as usize;
+        let prolongation = Prolongation { pattern: &self.pattern, strips: &self.strips };
+        product(i, prolongation, &self.product_at[places], sums);
+        let mut places = &self.coarse_at[self.first_coarse[i] as usize..];
+        for k in self.pattern.row(i) {
+            let a = self.pattern.column[k];
+            let before = met.partition_point(|b| *b < a);
+            let (own, rest) = places.split_at(met.len() - before);
+            places = rest;
+            if aggregates.contains(&(a as usize)) {
+                let base = coarse_pattern.first[aggregates.start] as usize;
+                let row = coarse_pattern.row(a as usize);
+                let strips = &self.strips[rows_a_node * k..rows_a_node * (k + 1)];
+                let products = &sums[rows_a_node * before..];
+                add_restricted(strips, products, own, &mut coarse[row.start - base..row.end - base]);
+            }
+        }
+    }
+
+    /// Takes up where nodes and the middles of aggregates are, with the units of turns of both levels.
+    pub fn place(&mut self, position: &[Vec3A], middle: &[Vec3A], reach: f32, next_reach: f32) {
+        for (i, a) in self.aggregate.iter().enumerate().filter(|(_, a)| **a != NONE) {
+            self.arm[i] = ((position[i] - middle[*a as usize]) / next_reach).extend(0.0);
+        }
+        self.scale = reach / next_reach;
+    }
+
+    /// Adds how the aggregate of a node moves it: its displacement, or its turn.
+    pub fn add_tentative(&self, i: usize, half: usize, strip: &mut Strip) {
+        for (r, axis) in [Vec4::X, Vec4::Y, Vec4::Z].into_iter().enumerate() {
+            match half {
+                0 => strip.add(r, [axis, cross(self.arm[i], axis)]),
+                _ => strip.add(r, [Vec4::ZERO, axis * self.scale]),
+            }
+        }
+    }
+}
+
+/// Runs `work(part, its share)` over parts; `split` splits a share between the first of the parts that it is for and the others.
+fn in_parts<T: Send>(
+    parts: &[Part],
+    whole: T,
+    split: &(impl Fn(T, &[Part]) -> (T, T) + Sync),
+    work: &(impl Fn(&Part, T) + Sync),
+) {
+    if let [part] = parts {
+        return work(part, whole);
+    }
+    let (low, high) = parts.split_at(parts.len() / 2);
+    let (low_share, high_share) = split(whole, low);
+    rayon::join(|| in_parts(low, low_share, split, work), || in_parts(high, high_share, split, work));
+}
+
+impl Part {
+    fn over(aggregates: Range<usize>, transposed: &Pattern) -> Self {
+        let mut nodes: Vec<u32> = aggregates.clone().flat_map(|a| transposed.columns(a)).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Self { aggregates, nodes }
     }
 }
