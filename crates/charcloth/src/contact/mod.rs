@@ -51,6 +51,7 @@ pub struct Contacts {
     /// Where the last query of proximities was, and how far each vertex, with all it carries, was from anything [m].
     detected_at: Vec<DVec3>,
     clearance: Vec<f64>,
+    lively: Vec<bool>,
     impacts: Vec<Impact>,
     intersections: Vec<Intersection>,
     triangle_pairs: Vec<[u32; 2]>,
@@ -176,25 +177,31 @@ impl Contacts {
         self.refit(before, after, separation);
         // The time of a pair does not depend on `last`, only whether it is worked out to the end.
         let last = AtomicU64::new(1.0f64.to_bits());
-        self.walk_paths(before, after, |kind, _, _, start, end| {
-            let so_far = f64::from_bits(last.load(Ordering::Relaxed));
-            if let Some((time, ..)) = time_of_impact(kind, start, end, Goal::Keep(separation), so_far) {
-                last.fetch_min(time.to_bits(), Ordering::Relaxed);
-            }
-            None
-        });
+        self.walk_paths(
+            before,
+            after,
+            |_| true,
+            |kind, _, _, start, end| {
+                let so_far = f64::from_bits(last.load(Ordering::Relaxed));
+                if let Some((time, ..)) = time_of_impact(kind, start, end, Goal::Keep(separation), so_far) {
+                    last.fetch_min(time.to_bits(), Ordering::Relaxed);
+                }
+                None
+            },
+        );
         f64::from_bits(last.into_inner())
     }
 
     fn impacts(&mut self, before: &[DVec3], after: &[DVec3], goal: Goal) -> &[Impact] {
         let known = matches!(goal, Goal::Approach(_)) && self.detected_at == before;
-        if known && self.nothing_can_approach(before, after) {
+        if known && !self.find_lively(before, after) {
             self.impacts.clear();
             return &self.impacts;
         }
         self.refit(before, after, goal.reach());
-        let clearance = std::mem::take(&mut self.clearance);
-        self.walk_paths(before, after, |kind, features, nodes, start, end| {
+        let (clearance, lively) = (std::mem::take(&mut self.clearance), std::mem::take(&mut self.lively));
+        let looked_at = |nodes: [u32; 4]| !known || nodes.iter().any(|i| lively[*i as usize]);
+        self.walk_paths(before, after, looked_at, |kind, features, nodes, start, end| {
             if known && cannot_approach(kind, nodes.map(|i| clearance[i as usize]), start, end) {
                 return None;
             }
@@ -205,28 +212,34 @@ impl Contacts {
             let (distance, normal) = (offset.length(), offset.normalize_or_zero());
             Some(Impact { kind, features, nodes, time, weights, distance, normal })
         });
-        self.clearance = clearance;
+        (self.clearance, self.lively) = (clearance, lively);
         &self.impacts
     }
 
-    /// Whether every node moves so little beside all others together, for how far it is from anything, that no pair can
-    /// approach.
-    fn nothing_can_approach(&self, before: &[DVec3], after: &[DVec3]) -> bool {
+    /// Finds which nodes move far, beside the mean of all, for how far they are from anything: two that do not cannot
+    /// approach each other, for a pair keeps the distance of the one that is farther from anything. Returns whether any do.
+    fn find_lively(&mut self, before: &[DVec3], after: &[DVec3]) -> bool {
         let way = mean_way(before, after);
-        let ways = before.iter().zip(after).map(|(before, after)| (*after - *before - way).length());
-        // A pair has two nodes in this, and keeps the distance of the one that is farther from anything.
-        ways.zip(&self.clearance).all(|(way, clearance)| way <= 0.5 * AMPLE * clearance)
+        let ways = before.iter().zip(after).map(|(before, after)| *after - *before - way);
+        self.lively.clear();
+        self.lively.extend(ways.zip(&self.clearance).map(|(way, clearance)| way.length() > 0.5 * AMPLE * clearance));
+        self.lively.contains(&true)
     }
 
-    /// Shows every pair whose swept boxes meet, with its nodes at the start and at the end; fills `impacts`.
+    /// Shows every pair whose swept boxes meet and whose nodes are to be looked at, with these at the start and at the end;
+    /// fills `impacts`.
     fn walk_paths(
         &mut self,
         before: &[DVec3],
         after: &[DVec3],
+        looked_at: impl Fn([u32; 4]) -> bool + Sync,
         visit: impl Fn(Kind, [u32; 2], [u32; 4], [DVec3; 4], [DVec3; 4]) -> Option<Impact> + Sync,
     ) {
         let Self { surface, vertices, edges, triangles, impact_walk: walk, impacts, .. } = self;
         let show = |kind: Kind, features: [u32; 2], nodes: [u32; 4]| {
+            if !looked_at(nodes) {
+                return None;
+            }
             let at = |positions: &[DVec3]| nodes.map(|i| positions[i as usize]);
             visit(kind, features, nodes, at(before), at(after))
         };
