@@ -8,8 +8,9 @@
 
 use super::membrane::{MembraneStiffness, RestTriangle};
 use crate::mesh::sides_by_edge;
-use crate::solver::blocks::{Pattern, by_rows};
+use crate::solver::blocks::{Columns, Pattern, by_rows};
 use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
 
 /// Most nodes around an edge: two triangles and their four other neighbours.
 const AROUND_EDGE: usize = 8;
@@ -72,41 +73,27 @@ impl Bending {
             DVec3::new(stiffness.q12, stiffness.q22, 0.0),
             DVec3::new(0.0, 0.0, stiffness.q66),
         ) * plate;
-        let mut patch = Pattern { first: vec![0], column: Vec::new() };
+        let slopes = slopes(&surface);
+        let curvatures: Vec<Curvature> =
+            (0..corners.len()).into_par_iter().with_min_len(256).map(|t| curvature(t, &surface, &slopes)).collect();
+        let mut patch = Pattern::empty(0);
         let (mut weight, mut rigidity) = (Vec::new(), Vec::new());
-        for t in 0..corners.len() {
-            let Curvature { nodes, weights, free } = curvature(t, &surface);
+        for (Curvature { nodes, weights, free }, rest) in curvatures.iter().zip(rest) {
             let mut reduced = plate;
             for bent in free {
                 // No moment at a free edge: what the rest of the triangle leaves open takes the least energy.
-                let across = reduced * bent;
+                let across = reduced * *bent;
                 let along = bent.dot(across);
                 if along > 1e-9 * plate.x_axis.x.max(plate.y_axis.y) * bent.length_squared() {
                     let outer = DMat3::from_cols(across * across.x, across * across.y, across * across.z);
                     reduced -= outer * (1.0 / along);
                 }
             }
-            patch.column.extend_from_slice(&nodes);
-            patch.first.push(patch.column.len() as u32);
-            weight.extend_from_slice(&weights);
-            rigidity.push(reduced * rest[t].area);
+            patch.push_row(nodes);
+            weight.extend_from_slice(weights);
+            rigidity.push(reduced * rest.area);
         }
-        let mut rows: Vec<Vec<u32>> = vec![Vec::new(); nodes];
-        for t in 0..corners.len() {
-            for i in patch.columns(t) {
-                rows[*i as usize].extend(patch.columns(t).iter().filter(|j| *j != i));
-            }
-        }
-        let pattern = Pattern::from_rows(rows.into_iter());
-        let mut places = Vec::new();
-        for t in 0..corners.len() {
-            for i in patch.columns(t) {
-                for j in patch.columns(t) {
-                    let place = pattern.find(*i as usize, *j).unwrap_or(pattern.blocks() + *i as usize);
-                    places.push(place as u32);
-                }
-            }
-        }
+        let (pattern, places) = pattern_of(nodes, &patch);
         Self {
             value: vec![0.0; pattern.blocks()],
             diagonal: vec![0.0; nodes],
@@ -216,13 +203,49 @@ impl Bending {
     }
 }
 
+/// Which nodes other than itself each bends with, and where the products of each triangle's nodes go: among these, or past
+/// their end where a node meets itself.
+fn pattern_of(nodes: usize, patch: &Pattern) -> (Pattern, Vec<u32>) {
+    let at_node = patch.transposed(nodes);
+    // Products of a triangle begin where those of the triangles before it end.
+    let mut first_place = vec![0];
+    for t in 0..patch.rows() {
+        first_place.push(first_place[t] + patch.row(t).len().pow(2));
+    }
+    let mut places = vec![u32::MAX; first_place[patch.rows()]];
+    let mut pattern = Pattern::empty(0);
+    let mut columns = Columns::new(nodes);
+    for i in 0..nodes {
+        let others = at_node.columns(i).iter().flat_map(|t| patch.columns(*t as usize)).copied();
+        pattern.push_row(columns.collect(i, others.filter(|j| *j != i as u32)));
+        let first = pattern.first[i];
+        for t in at_node.columns(i) {
+            let around = patch.columns(*t as usize);
+            let own = around.iter().position(|j| *j == i as u32).expect("a node of the triangle");
+            let places = &mut places[first_place[*t as usize] + own * around.len()..][..around.len()];
+            for (place, j) in places.iter_mut().zip(around) {
+                *place = columns.place(i, *j).map_or(u32::MAX, |k| first + k);
+            }
+        }
+    }
+    let blocks = pattern.blocks() as u32;
+    for t in 0..patch.rows() {
+        let around = patch.columns(t);
+        for (a, i) in around.iter().enumerate() {
+            places[first_place[t] + a * around.len() + a] = blocks + i;
+        }
+    }
+    (pattern, places)
+}
+
 /// Curvature of every triangle of a free surface at these positions, along its normal, as (xx, yy, 2 xy) [1/m].
 pub fn curvatures(corners: &[[u32; 3]], rest: &[RestTriangle], position: &[DVec3]) -> Vec<DVec3> {
     let surface = Surface { corners, rest, across: &across_edges(corners), held: &vec![false; corners.len()] };
+    let slopes = slopes(&surface);
     let of_triangle = |t: usize| {
         let [a, b, c] = corners[t].map(|i| position[i as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        let Curvature { nodes, weights, .. } = curvature(t, &surface);
+        let Curvature { nodes, weights, .. } = curvature(t, &surface, &slopes);
         nodes.iter().zip(weights).map(|(i, weight)| weight * position[*i as usize].dot(normal)).sum()
     };
     (0..corners.len()).map(of_triangle).collect()
@@ -259,7 +282,7 @@ struct Curvature {
 }
 
 /// Eq. 12.5: the curvature of a triangle from the slopes at its edges and within.
-fn curvature(t: usize, surface: &Surface<'_>) -> Curvature {
+fn curvature(t: usize, surface: &Surface<'_>, slopes: &[[Slope; 3]]) -> Curvature {
     let Surface { corners, rest, across, .. } = *surface;
     let RestTriangle { side: [u, v], area, .. } = rest[t];
     let place = [DVec2::ZERO, u, v];
@@ -280,12 +303,17 @@ fn curvature(t: usize, surface: &Surface<'_>) -> Curvature {
         let outward = -gradient[k].normalize();
         let bent = DVec3::new(outward.x * outward.x, outward.y * outward.y, 2.0 * outward.x * outward.y)
             * (from.distance(to) / area);
-        if across[t][k].is_none() {
+        let Some((other, l)) = across[t][k] else {
             free.push(bent);
             continue;
-        }
-        for (node, slope) in slope_at_edge(t, k, surface) {
-            add(node, bent * slope);
+        };
+        // Of the two sides of an edge one has its slope; on the other it has the other sign.
+        let (of_edge, sign) = match &slopes[t][k] {
+            own if !own.is_empty() => (own, 1.0),
+            _ => (&slopes[other as usize][l as usize], -1.0),
+        };
+        for (node, slope) in of_edge {
+            add(*node, bent * (sign * slope));
         }
         for j in 0..3 {
             add(corners[t][j], bent * -outward.dot(gradient[j]));
@@ -294,22 +322,30 @@ fn curvature(t: usize, surface: &Surface<'_>) -> Curvature {
     Curvature { nodes, weights, free }
 }
 
+/// Weights of nodes in the outward slope at the middle of an edge.
+type Slope = Vec<(u32, f64)>;
+
+/// The slopes at the inner edges of each triangle; none where the triangle across has that of the edge, so that the two agree.
+fn slopes(surface: &Surface<'_>) -> Vec<[Slope; 3]> {
+    let Surface { across, held, .. } = *surface;
+    let of_edge = |t: usize, k: usize| match across[t][k] {
+        Some((other, _)) if held[t] || (other as usize > t && !held[other as usize]) => slope_at_edge(t, k, surface),
+        _ => Vec::new(),
+    };
+    let of_triangle = |t: usize| [0, 1, 2].map(|k| of_edge(t, k));
+    (0..across.len()).into_par_iter().with_min_len(256).map(of_triangle).collect()
+}
+
 /// Eq. 12.4: weights of the nodes around an edge in the outward slope at its middle. They are exact for quadratics and as
-/// small as can be. The mirrored edge of the triangle across gets the same weights with the other sign, so that the two
-/// agree.
-fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Vec<(u32, f64)> {
+/// small as can be.
+fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Slope {
     let Surface { corners, rest, across, held } = *surface;
-    let (other, l) = across[t][k].expect("an inner edge");
+    let (other, back) = across[t][k].map(|(t, corner)| (t as usize, usize::from(corner))).expect("an inner edge");
     if held[t] {
         // A clamp has the slope of what it holds.
         let gradient = rest[t].gradients();
         let outward = -gradient[k].normalize();
         return (0..3).map(|j| (corners[t][j], outward.dot(gradient[j]))).collect();
-    }
-    if (other as usize) < t || held[other as usize] {
-        let mut weights = slope_at_edge(other as usize, l as usize, surface);
-        weights.iter_mut().for_each(|(_, weight)| *weight = -*weight);
-        return weights;
     }
     // The surroundings, unfolded into the plane of the triangle.
     let [u, v] = rest[t].side;
@@ -323,9 +359,8 @@ fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Vec<(u32, f64)> {
         }
         add_place(&mut around, node, at);
     }
-    let own = other as usize;
-    for j in (0..3).filter(|j| *j != l as usize) {
-        if let Some(((node, at), _)) = unfold(own, &unfolded, j, surface) {
+    for j in (0..3).filter(|j| *j != back) {
+        if let Some(((node, at), _)) = unfold(other, &unfolded, j, surface) {
             add_place(&mut around, node, at);
         }
     }
@@ -336,7 +371,7 @@ fn slope_at_edge(t: usize, k: usize, surface: &Surface<'_>) -> Vec<(u32, f64)> {
     if outward.dot(place[k] - middle) > 0.0 {
         outward = -outward;
     }
-    let length = along.length().max((rest[t].area + rest[own].area).sqrt());
+    let length = along.length().max((rest[t].area + rest[other].area).sqrt());
     let points: Vec<DVec2> = around.iter().map(|(_, p)| (*p - middle) / length).collect();
     let weights = quadratic_slope(&points, outward / length);
     around.into_iter().map(|(node, _)| node).zip(weights).collect()

@@ -9,7 +9,7 @@ use crate::effects::SpringFactors;
 use crate::scene;
 use crate::sheet::{NONE, SheetState};
 use crate::solver::StepMatrix;
-use crate::solver::blocks::{Pattern, by_block_rows, by_rows, sum_by_rows};
+use crate::solver::blocks::{Columns, Pattern, by_block_rows, by_rows, sum_by_rows};
 use bending::Bending;
 use glam::{DMat3, DVec2, DVec3};
 use membrane::{MembraneStiffness, Response, RestTriangle, respond};
@@ -53,15 +53,13 @@ impl Shell {
         let corners: Vec<[u32; 3]> = triangles.iter().map(|t| state.triangles.corners[*t as usize]).collect();
         let rest: Vec<RestTriangle> =
             triangles.iter().map(|t| RestTriangle::new(rest_side(state, 1, *t), rest_side(state, 2, *t))).collect();
-        let mut neighbours: Vec<Vec<u32>> = (0..nodes as u32).map(|i| vec![i]).collect();
-        let mut at_node: Vec<Vec<u32>> = vec![Vec::new(); nodes];
-        for (t, corners) in corners.iter().enumerate() {
-            for (a, i) in corners.iter().enumerate() {
-                neighbours[*i as usize].extend_from_slice(corners);
-                at_node[*i as usize].push((4 * t + a) as u32);
-            }
+        let at_node = corners_at_nodes(nodes, &corners);
+        let mut pattern = Pattern::empty(0);
+        let mut columns = Columns::new(nodes);
+        for i in 0..nodes {
+            let near = at_node.columns(i).iter().flat_map(|place| corners[*place as usize / 4]);
+            pattern.push_row(columns.collect(i, near.chain([i as u32])));
         }
-        let pattern = Pattern::from_rows(neighbours.into_iter());
         let mut sources = vec![[NONE; 2]; pattern.blocks()];
         for (t, corners) in corners.iter().enumerate() {
             for a in 0..3 {
@@ -81,7 +79,7 @@ impl Shell {
             stiffness: vec![MembraneStiffness::default(); triangles.len()],
             responses: vec![Response::default(); triangles.len()],
             bending_steps: vec![UNKNOWN_STEP; triangles.len()],
-            at_node: Pattern::from_rows(at_node.into_iter()),
+            at_node,
             triangles,
             corners,
             rest,
@@ -255,6 +253,21 @@ impl Shell {
             }
         });
     }
+}
+
+/// Which corners of triangles are at each node: four times the triangle, and the place of the corner.
+fn corners_at_nodes(nodes: usize, corners: &[[u32; 3]]) -> Pattern {
+    let mut triangles = Pattern::empty(0);
+    corners.iter().for_each(|corners| triangles.push_row(corners));
+    let mut at_node = triangles.transposed(nodes);
+    for i in 0..nodes {
+        for k in at_node.row(i) {
+            let t = at_node.column[k];
+            let corner = corners[t as usize].iter().position(|j| *j == i as u32).expect("a corner of the triangle");
+            at_node.column[k] = 4 * t + corner as u32;
+        }
+    }
+    at_node
 }
 
 fn rest_side(state: &SheetState, side: u8, t: u32) -> DVec2 {

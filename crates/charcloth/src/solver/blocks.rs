@@ -48,6 +48,12 @@ impl Pattern {
         pattern
     }
 
+    /// Adds a row of columns in rising order.
+    pub fn push_row(&mut self, columns: &[u32]) {
+        self.column.extend_from_slice(columns);
+        self.first.push(self.column.len() as u32);
+    }
+
     /// So many rows with nothing in them.
     pub fn empty(rows: usize) -> Self {
         Self { first: vec![0; rows + 1], column: Vec::new() }
@@ -97,6 +103,44 @@ impl Pattern {
             }
         }
         Self { first, column }
+    }
+}
+
+/// Collects the columns of one row after another, each once and in rising order, and knows where each stands.
+pub struct Columns {
+    row: Vec<u32>,
+    /// For each column, the row that had it last, and its place there.
+    seen: Vec<[u32; 2]>,
+}
+
+impl Columns {
+    /// For matrices of so many columns.
+    pub fn new(columns: usize) -> Self {
+        Self { row: Vec::new(), seen: vec![[u32::MAX; 2]; columns] }
+    }
+
+    /// The columns of a row, which no call before was for.
+    pub fn collect(&mut self, row: usize, columns: impl Iterator<Item = u32>) -> &[u32] {
+        self.row.clear();
+        for column in columns {
+            let seen = &mut self.seen[column as usize];
+            if seen[0] != row as u32 {
+                seen[0] = row as u32;
+                self.row.push(column);
+            }
+        }
+        self.row.sort_unstable();
+        for (place, column) in self.row.iter().enumerate() {
+            self.seen[*column as usize][1] = place as u32;
+        }
+        &self.row
+    }
+
+    /// Where a column stands in the row last collected, which was this one; none if it is not there.
+    #[inline(always)]
+    pub fn place(&self, row: usize, column: u32) -> Option<u32> {
+        let [last, place] = self.seen[column as usize];
+        (last == row as u32).then_some(place)
     }
 }
 
@@ -180,4 +224,30 @@ pub fn sum_by_rows(
         sums.iter_mut().enumerate().for_each(|(task, sum)| part(task, sum));
     }
     sums.iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_come_once_and_know_their_places() {
+        let mut columns = Columns::new(10);
+        assert_eq!(columns.collect(0, [7, 2, 7, 9, 2].into_iter()), [2, 7, 9]);
+        assert_eq!([2, 7, 9, 3].map(|j| columns.place(0, j)), [Some(0), Some(1), Some(2), None]);
+        assert_eq!(columns.collect(1, [3, 2].into_iter()), [2, 3]);
+        assert_eq!([2, 3, 7].map(|j| columns.place(1, j)), [Some(0), Some(1), None]);
+        assert_eq!(columns.collect(2, std::iter::empty()), [0u32; 0]);
+    }
+
+    #[test]
+    fn the_transpose_has_rows_for_columns() {
+        let pattern = Pattern::from_rows([vec![0, 2], vec![], vec![2, 1]].into_iter());
+        let transposed = pattern.transposed(4);
+        assert_eq!(
+            (0..4).map(|i| transposed.columns(i).to_vec()).collect::<Vec<_>>(),
+            [vec![0], vec![2], vec![0, 2], vec![]]
+        );
+        assert_eq!(transposed.transposed(3), pattern);
+    }
 }

@@ -16,7 +16,7 @@ mod spectrum;
 mod transfer;
 
 use super::StepMatrix;
-use super::blocks::Pattern;
+use super::blocks::{Columns, Pattern};
 use direct::Direct;
 use glam::{DVec3, Vec4};
 use joints::Onward;
@@ -46,8 +46,12 @@ impl Multigrid {
         let mut fixed = fixed.to_vec();
         let mut level = Level::finest(matrix);
         let mut pattern = matrix.pattern.clone();
-        let columns = |i: usize| [matrix.pattern.columns(i), matrix.ties.columns(i)].concat();
-        let mut graph = Pattern::from_rows((0..pattern.rows()).map(columns));
+        let mut graph = Pattern::empty(0);
+        let mut columns = Columns::new(pattern.rows());
+        for i in 0..pattern.rows() {
+            let near = matrix.pattern.columns(i).iter().chain(matrix.ties.columns(i)).copied();
+            graph.push_row(columns.collect(i, near));
+        }
         loop {
             let nodes = graph.rows();
             let (aggregate, count) = aggregates(&graph, &fixed);
@@ -57,8 +61,7 @@ impl Multigrid {
             }
             let patterns = [&pattern, &level.ties, &level.links];
             let mut transfer = Transfer::lay_out(patterns, level.rows_a_node, aggregate, count);
-            let coarse = transfer.coarse_pattern();
-            transfer.place_coarse(&coarse);
+            let coarse = transfer.lay_out_coarse();
             graph = transfer.coarse_graph(&graph, count);
             level.transfer = Some(transfer);
             levels.push(level);

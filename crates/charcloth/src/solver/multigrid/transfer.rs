@@ -3,7 +3,7 @@
 use super::NONE;
 use super::galerkin::{Prolongation, add_restricted};
 use super::lanes::{Strip, Wide, cross, totals};
-use crate::solver::blocks::{Pattern, by_rows, on_widest_unit};
+use crate::solver::blocks::{Columns, Pattern, by_rows, on_widest_unit};
 use glam::{Vec3A, Vec4};
 use std::ops::Range;
 
@@ -89,38 +89,34 @@ impl Transfer {
     ) -> Self {
         let nodes = matrix.rows();
         let all_columns = |i: usize| matrix.columns(i).iter().chain(ties.columns(i)).copied();
-        let pattern = Pattern::from_rows((0..nodes).map(|i| {
-            if aggregate[i] == NONE {
-                return Vec::new();
-            }
-            all_columns(i).map(|j| aggregate[j as usize]).filter(|a| *a != NONE).collect()
-        }));
-        let place = |i: usize, j: u32| {
-            let a = aggregate[j as usize];
-            let found = (a != NONE).then(|| pattern.find(i, a)).flatten();
-            found.map_or(u8::MAX, |k| (k - pattern.first[i] as usize) as u8)
-        };
-        let own = (0..nodes).map(|i| place(i, i as u32)).collect();
-        let places = |of: &Pattern| {
-            (0..nodes).flat_map(|i| of.columns(i).iter().map(move |j| (i, *j))).map(|(i, j)| place(i, j)).collect()
-        };
-        let (smoothed_at, tied_at) = (places(links), places(ties));
-        let product = Pattern::from_rows((0..nodes).map(|i| {
-            if pattern.row(i).is_empty() {
-                return Vec::new();
-            }
-            all_columns(i).flat_map(|j| pattern.columns(j as usize)).copied().collect()
-        }));
-        let mut product_at = Vec::new();
-        let mut first_product = Vec::with_capacity(nodes + 1);
+        let mut columns = Columns::new(count);
+        let (mut pattern, mut own) = (Pattern::empty(0), Vec::with_capacity(nodes));
+        let (mut smoothed_at, mut tied_at) = (Vec::with_capacity(links.blocks()), Vec::with_capacity(ties.blocks()));
+        for i in 0..nodes {
+            let near = all_columns(i).map(|j| aggregate[j as usize]).filter(|a| *a != NONE);
+            // A fixed node is moved by none.
+            let moved_by = if aggregate[i] == NONE { &[] } else { columns.collect(i, near) };
+            pattern.push_row(moved_by);
+            let place = |j: u32| match aggregate[j as usize] {
+                NONE => u8::MAX,
+                a => columns.place(i, a).map_or(u8::MAX, |place| place as u8),
+            };
+            own.push(place(i as u32));
+            smoothed_at.extend(links.columns(i).iter().map(|j| place(*j)));
+            tied_at.extend(ties.columns(i).iter().map(|j| place(*j)));
+        }
+        let mut columns = Columns::new(count);
+        let mut product = Pattern::empty(0);
+        let (mut product_at, mut first_product) = (Vec::new(), Vec::with_capacity(nodes + 1));
         for i in 0..nodes {
             first_product.push(product_at.len() as u32);
-            for j in all_columns(i) {
-                for a in pattern.columns(j as usize) {
-                    // A fixed node has no row: its products fall away with it.
-                    product_at.push(product.find(i, *a).map_or(0, |k| (k - product.first[i] as usize) as u16));
-                }
+            let met = || all_columns(i).flat_map(|j| pattern.columns(j as usize)).copied();
+            if pattern.row(i).is_empty() {
+                product.push_row(&[]);
+                continue;
             }
+            product.push_row(columns.collect(i, met()));
+            product_at.extend(met().map(|a| columns.place(i, a).expect("collected") as u16));
         }
         first_product.push(product_at.len() as u32);
         let mut size = vec![0.0; count];
@@ -151,39 +147,43 @@ impl Transfer {
         }
     }
 
-    /// The pattern of the next level.
-    pub fn coarse_pattern(&self) -> Pattern {
-        Pattern::from_rows((0..self.transposed.rows()).map(|a| {
+    /// The pattern of the next level; looks up where products go in it.
+    pub fn lay_out_coarse(&mut self) -> Pattern {
+        let mut coarse = Pattern::empty(0);
+        let mut columns = Columns::new(self.transposed.rows());
+        for a in 0..self.transposed.rows() {
             let nodes = self.transposed.columns(a).iter();
-            nodes.flat_map(|i| self.product.columns(*i as usize)).copied().chain([a as u32]).collect()
-        }))
+            let met = nodes.flat_map(|i| self.product.columns(*i as usize)).copied();
+            coarse.push_row(columns.collect(a, met.chain([a as u32])));
+        }
+        for i in 0..self.pattern.rows() {
+            self.first_coarse.push(self.coarse_at.len() as u32);
+            for a in self.pattern.columns(i) {
+                // Both in rising order.
+                let row = coarse.columns(*a as usize);
+                let mut place = 0;
+                for b in self.product.columns(i).iter().filter(|b| *b >= a) {
+                    place += row[place..].iter().position(|c| c == b).expect("the pattern holds every product");
+                    self.coarse_at.push(place as u16);
+                }
+            }
+        }
+        coarse
     }
 
     /// Which aggregates touch: the graph of the next level.
     pub fn coarse_graph(&self, graph: &Pattern, count: usize) -> Pattern {
-        let mut rows: Vec<Vec<u32>> = (0..count as u32).map(|a| vec![a]).collect();
-        for i in 0..graph.rows() {
-            for j in graph.columns(i) {
-                let (a, b) = (self.aggregate[i], self.aggregate[*j as usize]);
-                if a != NONE && b != NONE {
-                    rows[a as usize].push(b);
-                }
-            }
+        let mut nodes = vec![Vec::new(); count];
+        for (i, a) in self.aggregate.iter().enumerate().filter(|(_, a)| **a != NONE) {
+            nodes[*a as usize].push(i);
         }
-        Pattern::from_rows(rows.into_iter())
-    }
-
-    /// Looks up where products go in the pattern of the next level.
-    pub fn place_coarse(&mut self, coarse: &Pattern) {
-        for i in 0..self.pattern.rows() {
-            self.first_coarse.push(self.coarse_at.len() as u32);
-            for a in self.pattern.columns(i) {
-                for b in self.product.columns(i).iter().filter(|b| *b >= a) {
-                    let place = coarse.find(*a as usize, *b).expect("the pattern holds every product");
-                    self.coarse_at.push((place - coarse.first[*a as usize] as usize) as u16);
-                }
-            }
+        let mut coarse = Pattern::empty(0);
+        let mut columns = Columns::new(count);
+        for (a, nodes) in nodes.iter().enumerate() {
+            let near = nodes.iter().flat_map(|i| graph.columns(*i)).map(|j| self.aggregate[*j as usize]);
+            coarse.push_row(columns.collect(a, near.filter(|b| *b != NONE)));
         }
+        coarse
     }
 
     /// Restriction of a field of this level: what nodes pass on to aggregates, summed up in rising order, whatever the parts.
