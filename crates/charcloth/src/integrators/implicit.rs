@@ -31,9 +31,14 @@ const NEWTON_IN_CONTACT: usize = 60;
 const FORESIGHT: usize = 4;
 const ENOUGH: f64 = 0.25;
 const LINEAR: usize = 300;
+/// The same where there is a correction to fall back on. // tuned: 30 to 300
+const LINEAR_MORE: usize = 100;
 /// Part of the gain under which a step counts as solved that linear systems are solved to: the multigrid cycle, which
-/// measures it, takes what is left for less than it is. // tuned: 0.01 to 0.1; at 0.1 a sheet that falls is off by half more
-const CLOSER: f64 = 0.02;
+/// measures it, takes what is left for less than it is.
+// tuned: 0.003 to 0.1; past 0.02 a sheet that falls in long steps is off by half more
+const CLOSER: f64 = 0.01;
+/// The same where something touches, and what touches changes from iteration to iteration. // tuned: 0.01 to 0.3
+const CLOSER_IN_CONTACT: f64 = 0.1;
 const HALVINGS: usize = 12;
 /// Share of an iteration under which the scenery counts as held up by the sheet. // tuned: 0.01 to 0.3
 const RELUCTANT: f64 = 0.1;
@@ -335,21 +340,26 @@ impl Implicit {
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
         let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
+        let moving = 0.5
+            * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
+                part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
+            });
+        // What gravity gives in the step.
+        let falling = 0.5 * (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>();
+        if moving < falling {
+            // Speeds so small are for the most part what earlier steps have left unsolved: to begin where the sheet is costs
+            // less than to go on with them.
+            for i in (0..self.speed.len()).filter(|i| !self.fixed[*i]) {
+                self.speed[i] = (self.position[i] - self.from[i]) / h;
+            }
+        }
         if self.contact.is_some() {
             self.start_apart(h);
         }
         self.candidate.copy_from_slice(&self.speed);
         let mut energy = self.energy(h, damping, parallel);
-        let moving = 0.5
-            * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
-                part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
-            });
-        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open: here it is by
-        // the speed that gravity gives in the step.
-        let scale = match &self.contact {
-            Some(_) => moving.min(0.5 * (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>()),
-            None => moving,
-        };
+        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open.
+        let scale = if self.contact.is_some() { moving.min(falling) } else { moving };
         let mut first_gain: f64 = 0.0;
         self.fresh = true;
         let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
@@ -361,8 +371,9 @@ impl Implicit {
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
-            let enough = (CLOSER * newton * first_gain.max(scale)).max(0.01 * still);
-            let share = self.find_correction(h, [damping, linear, enough], parallel, report);
+            let closer = if self.contact.is_some() { CLOSER_IN_CONTACT } else { CLOSER };
+            let enough = (closer * newton * first_gain.max(scale)).max(0.01 * still);
+            let share = self.find_correction(h, [damping, linear, enough], halves, parallel, report);
             report.iterations[0] += 1;
             if self.lost && halves {
                 return false;
@@ -438,6 +449,7 @@ impl Implicit {
         &mut self,
         h: f64,
         [damping, relative, energy]: [f64; 3],
+        halves: bool,
         parallel: bool,
         report: &mut Advanced,
     ) -> f64 {
@@ -448,6 +460,15 @@ impl Implicit {
             self.correct(h, damping, round > 0, tolerance, parallel, report);
             if round == 0 {
                 std::mem::swap(&mut self.honest, &mut self.residual);
+            }
+            if self.lost && best > 0.0 {
+                // What the round before found will do.
+                self.lost = false;
+                std::mem::swap(&mut self.correction, &mut self.best);
+                break;
+            }
+            if self.lost && halves {
+                return 0.0;
             }
             let Some(contact) = &mut self.contact else { return 1.0 };
             if round == 0 {
@@ -469,6 +490,7 @@ impl Implicit {
                 break;
             }
             best = share;
+            tolerance.iterations = LINEAR_MORE;
             if share == 1.0 || round == FORESIGHT || (round > 1 && share > ENOUGH) || !contact.expect() {
                 break;
             }
@@ -507,7 +529,7 @@ impl Implicit {
         self.fresh = false;
         report.iterations[1] += iterations as u32;
         // What is left of it is no step that anyone asked for.
-        self.lost |= iterations >= LINEAR;
+        self.lost |= iterations >= tolerance.iterations;
         if near {
             for i in 0..self.residual.len() {
                 self.correction[i] += self.known[i];

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 /// Rows that one thread takes at a time. Fixed, so that the work is cut up alike on any number of threads.
 pub const ROWS_A_TASK: usize = 1024;
 
-/// Compiles a loop also for AVX2, and runs that where the processor has it. The operations are the same, one by one, so
-/// bits are too; only encodings and registers differ.
+/// Compiles a loop also for AVX2 and AVX-512, and runs the widest that the processor has. The operations are the same, one by
+/// one, so bits are too; only encodings and registers differ.
 macro_rules! on_widest_unit {
     (($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {{
         #[inline(always)]
@@ -16,10 +16,18 @@ macro_rules! on_widest_unit {
         fn avx2($($argument: $type),*) $(-> $result)? {
             plain($($argument),*)
         }
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq")]
+        fn avx512($($argument: $type),*) $(-> $result)? {
+            plain($($argument),*)
+        }
         match $crate::kernels::VectorUnit::best() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `VectorUnit::best` only names what the processor was found to have.
-            $crate::kernels::VectorUnit::Avx2 | $crate::kernels::VectorUnit::Avx512 => unsafe { avx2($($argument),*) },
+            $crate::kernels::VectorUnit::Avx2 => unsafe { avx2($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the same.
+            $crate::kernels::VectorUnit::Avx512 => unsafe { avx512($($argument),*) },
             _ => plain($($argument),*),
         }
     }};
