@@ -191,7 +191,7 @@ def main():
         note("charcloth", f"{step} ms, {newton}", charcloth(arguments, mesh, step, newton))
     if arguments.blender:
         same = round(STIFFNESS * SIDE / arguments.segments, 3)
-        for quality, tension in [(5, same), (20, same)]:
+        for quality, tension in [(5, same), (20, same), (80, same)]:
             figures = blender(arguments, mesh, places, triangles, quality, tension)
             note("blender", f"quality {quality}, tension {tension}", figures)
 
