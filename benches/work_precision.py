@@ -124,6 +124,8 @@ def size(scene, segments):
     """Keys that give a sheet so many segments a side."""
     if scene.endswith("fold"):
         return {"sheet.spacing": f"{240 / segments} mm"}
+    if scene.endswith("crumple.toml"):
+        return {"sheet.spacing": f"{120 / segments} mm"}
     if scene.endswith("drape"):
         return {"sheet.spacing": f"{300 / segments} mm"}
     return {"sheet.segments": segments}
@@ -340,7 +342,7 @@ def main():
     parser = command_line(__doc__)
     parser.add_argument("--pypbd", help="a Python that has pypbd")
     parser.add_argument("--segments", type=int, nargs="+", default=[32, 64], help="cells a side")
-    parser.add_argument("--scene", default="hang", help="hang, drape, fold or benches/clamp.toml")
+    parser.add_argument("--scene", default="hang", help="hang, drape, fold, benches/clamp.toml or benches/crumple.toml")
     parser.add_argument("--frames", type=int, default=12)
     parser.add_argument("--scratch", default="/tmp/work_precision", help="folder for runs, which are removed again but for references")
     parser.add_argument("--picture", help="of `hang` only")
