@@ -340,13 +340,14 @@ impl Implicit {
         self.lost = false;
         let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
         let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
-        let still = 0.5 * STILL * STILL * self.mass.iter().sum::<f64>();
+        let mass: f64 = self.mass.iter().sum();
+        let still = 0.5 * STILL * STILL * mass;
         let moving = 0.5
             * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
                 part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
             });
         // What gravity gives in the step.
-        let falling = 0.5 * (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>();
+        let falling = 0.5 * (self.scene.gravity.0 * h).powi(2) * mass;
         if moving < falling {
             // Speeds so small are for the most part what earlier steps have left unsolved: to begin where the sheet is costs
             // less than to go on with them.

@@ -5,7 +5,7 @@
 //! A sheet's mass is often under the seventh digit of its stiffness. So products are taken of differences: what a node
 //! is off the rigid motion of its neighbour; and what such a motion itself meets, mass and pins, stands apart as the
 //! `ground` of a node, worked out in double precision. The patterns of all levels follow from the topology alone and are kept until
-//! it changes. Cost: set-up about three products with the matrix, a cycle about six.
+//! it changes. Cost: a cycle takes about seven products of the finest level in single precision, set-up about seven cycles.
 
 mod direct;
 mod galerkin;
@@ -45,10 +45,9 @@ impl Multigrid {
         let mut levels: Vec<Level> = Vec::new();
         let mut fixed = fixed.to_vec();
         let mut level = Level::finest(matrix);
-        let mut pattern = matrix.pattern.clone();
         let mut graph = Pattern::empty(0);
-        let mut columns = Columns::new(pattern.rows());
-        for i in 0..pattern.rows() {
+        let mut columns = Columns::new(fixed.len());
+        for i in 0..fixed.len() {
             let near = matrix.pattern.columns(i).iter().chain(matrix.ties.columns(i)).copied();
             graph.push_row(columns.collect(i, near));
         }
@@ -59,21 +58,18 @@ impl Multigrid {
                 levels.push(level);
                 break;
             }
-            let patterns = [&pattern, &level.ties, &level.links];
+            let pattern = if levels.is_empty() { &matrix.pattern } else { &level.links };
+            let patterns = [pattern, &level.ties, &level.links];
             let mut transfer = Transfer::lay_out(patterns, level.rows_a_node, aggregate, count);
             let coarse = transfer.lay_out_coarse();
             graph = transfer.coarse_graph(&graph, count);
             level.transfer = Some(transfer);
             levels.push(level);
             fixed = vec![false; count];
-            pattern = coarse.clone();
             level = Level::of_bodies(coarse);
         }
         let coarsest: &Level = levels.last().expect("there is a level");
-        let direct = match levels.len() {
-            1 => Direct::lay_out(&pattern, &coarsest.ties, 1),
-            _ => Direct::lay_out(&pattern, &coarsest.ties, 2),
-        };
+        let direct = Direct::lay_out(&coarsest.links, &coarsest.ties, coarsest.rows_a_node);
         Self { levels, direct }
     }
 

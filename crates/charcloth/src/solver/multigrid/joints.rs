@@ -190,7 +190,7 @@ impl Joints {
             if row.is_multiple_of(rows_a_node) {
                 return block * (part.weight.abs() * reach);
             }
-            let (lever, length) = (turn_of(part.lever), part.lever.length());
+            let (lever, length) = (turned(part.lever), part.lever.length());
             if length > 0.0 { lever.transpose() * block * lever * (reach / length) } else { Mat3A::ZERO }
         };
         let sum: Mat3A = self.of_node(row / rows_a_node).map(of_part).sum();
@@ -205,7 +205,7 @@ impl Joints {
                     let [i, j] = [one, other].map(|part| rows_a_node * part.node as usize);
                     add([i, j], (*block * (one.weight * other.weight)).as_dmat3());
                     if rows_a_node == 2 {
-                        let [arm, other_arm] = [turn_of(one.lever).transpose(), turn_of(other.lever)];
+                        let [arm, other_arm] = [turned(one.lever).transpose(), turned(other.lever)];
                         add([i, j + 1], (*block * other_arm * one.weight).as_dmat3());
                         add([i + 1, j], (arm * *block * other.weight).as_dmat3());
                         add([i + 1, j + 1], (arm * *block * other_arm).as_dmat3());
@@ -214,11 +214,6 @@ impl Joints {
             }
         }
     }
-}
-
-/// How a turn moves the end of a lever.
-fn turn_of(lever: Vec3A) -> Mat3A {
-    turned(lever.as_dvec3()).as_mat3().into()
 }
 
 #[cfg(test)]

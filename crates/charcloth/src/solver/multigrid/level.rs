@@ -8,11 +8,11 @@ use super::spectrum::{LANCZOS, estimate_above, inverted, rough_force, what_is_un
 use super::transfer::Transfer;
 use crate::solver::StepMatrix;
 use crate::solver::blocks::{Pattern, ROWS_A_TASK, by_block_rows, by_row_pairs, by_rows, on_widest_unit};
-use glam::{DMat3, DVec3, Vec3A, Vec4};
+use glam::{DMat3, DVec3, Mat3A, Vec3A, Vec4};
 
 /// Smallest eigenvalue that smoothing aims at, as a part of the largest.
 const SMOOTHED: f32 = 1.0 / 8.0;
-/// Nodes whose products are at hand together; whole tasks of `by_rows` are many of them.
+/// Rows whose products are at hand together: an even number, so that no body is cut in two.
 const TOGETHER: usize = 64;
 
 /// One level. Its nodes have one row each on the finest (a displacement), two on all others (a displacement and a
@@ -151,7 +151,7 @@ impl Level {
                 let arm = (position[links.column[k] as usize] - position[i]) / *reach;
                 let along = exact[k][half].part(0);
                 moves += along;
-                turns += along * turned(arm.as_dvec3()) + exact[k][half].part(1);
+                turns += along * turned(arm).as_dmat3() + exact[k][half].part(1);
             }
             *stiffness = exact[diagonal[i] as usize][half].part(half);
             let like = if half == 0 { &mut moves } else { &mut turns };
@@ -186,11 +186,11 @@ impl Level {
         let rows = fields[0].len();
         if parallel && rows > ROWS_A_TASK {
             let middle = (rows / 2).next_multiple_of(TOGETHER);
-            let halves = fields.map(|field| field.split_at_mut(middle));
-            let mut halves = halves.map(|(low, high)| (low, Some(high)));
-            let high = halves.each_mut().map(|(_, high)| high.take().expect("taken once"));
-            let low = halves.map(|(low, _)| low);
-            rayon::join(|| self.sweep(x, first, low, true, work), || self.sweep(x, first + middle, high, true, work));
+            let high = fields.each_mut().map(|field| field.split_off_mut(middle..).expect("fields are as long"));
+            rayon::join(
+                || self.sweep(x, first, fields, true, work),
+                || self.sweep(x, first + middle, high, true, work),
+            );
             return;
         }
         let mut image = [Vec4::ZERO; TOGETHER];
@@ -507,6 +507,6 @@ fn add_met(sum: &mut Strip, block: &Block, arm: Vec4) {
 }
 
 /// How a turn moves the end of an arm.
-pub fn turned(arm: DVec3) -> DMat3 {
-    DMat3::from_cols(DVec3::new(0.0, -arm.z, arm.y), DVec3::new(arm.z, 0.0, -arm.x), DVec3::new(-arm.y, arm.x, 0.0))
+pub fn turned(arm: Vec3A) -> Mat3A {
+    Mat3A::from_cols(Vec3A::new(0.0, -arm.z, arm.y), Vec3A::new(arm.z, 0.0, -arm.x), Vec3A::new(-arm.y, arm.x, 0.0))
 }

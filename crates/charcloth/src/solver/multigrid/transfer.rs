@@ -40,6 +40,8 @@ pub struct Transfer {
     coarse_at: Vec<u16>,
     first_coarse: Vec<u32>,
     parts: Vec<Part>,
+    /// All of them.
+    whole: Part,
     /// Products of a node, for each part.
     sums: Vec<Vec<Wide>>,
 }
@@ -136,14 +138,15 @@ impl Transfer {
             pattern,
             smoothed_at,
             tied_at,
-            transposed,
             product,
             product_at,
             first_product,
             coarse_at: Vec::new(),
             first_coarse: Vec::new(),
+            whole: Part::over(0..count, &transposed),
             sums: vec![Vec::new(); parts.len()],
             parts,
+            transposed,
         }
     }
 
@@ -188,30 +191,18 @@ impl Transfer {
 
     /// Restriction of a field of this level: what nodes pass on to aggregates, summed up in rising order, whatever the parts.
     pub fn restrict(&self, fine: &[Vec4], coarse: &mut [[Vec4; 2]], parallel: bool) {
-        if parallel {
-            in_parts(
-                &self.parts,
-                coarse,
-                &|coarse, low| coarse.split_at_mut(low[low.len() - 1].aggregates.end - low[0].aggregates.start),
-                &|part, coarse| {
-                    self.restrict_to(&part.aggregates, &mut part.nodes.iter().map(|i| *i as usize), fine, coarse);
-                },
-            );
-        } else {
-            self.restrict_to(&(0..coarse.len()), &mut (0..self.pattern.rows()), fine, coarse);
-        }
+        in_parts(
+            self.parts(parallel),
+            coarse,
+            &|coarse, low| coarse.split_at_mut(low[low.len() - 1].aggregates.end - low[0].aggregates.start),
+            &|part, coarse| self.restrict_to(part, fine, coarse),
+        );
     }
 
-    fn restrict_to(
-        &self,
-        aggregates: &Range<usize>,
-        nodes: &mut impl Iterator<Item = usize>,
-        fine: &[Vec4],
-        coarse: &mut [[Vec4; 2]],
-    ) {
+    fn restrict_to(&self, Part { aggregates, nodes }: &Part, fine: &[Vec4], coarse: &mut [[Vec4; 2]]) {
         coarse.fill([Vec4::ZERO; 2]);
         let Self { pattern, strips, rows_a_node, .. } = self;
-        for i in nodes {
+        for i in nodes.iter().map(|i| *i as usize) {
             for k in pattern.row(i) {
                 let a = pattern.column[k] as usize;
                 if !aggregates.contains(&a) {
@@ -226,6 +217,11 @@ impl Transfer {
                 }
             }
         }
+    }
+
+    /// The parts of the work: one where it is all done by one thread.
+    fn parts(&self, parallel: bool) -> &[Part] {
+        if parallel { &self.parts } else { std::slice::from_ref(&self.whole) }
     }
 
     /// Adds to a field of this level what moves of bodies make of it.
@@ -259,30 +255,23 @@ impl Transfer {
         product: impl Fn(usize, Prolongation<'_>, &[u16], &mut [Wide]) + Sync,
     ) {
         let mut sums = std::mem::take(&mut self.sums);
-        if parallel {
-            in_parts(
-                &self.parts,
-                (&mut sums[..], &mut *coarse),
-                &|(sums, coarse), low| {
-                    let first = |aggregate: usize| coarse_pattern.first[aggregate] as usize;
-                    let end = low[low.len() - 1].aggregates.end;
-                    let (low_sums, high_sums) = sums.split_at_mut(low.len());
-                    let (low_rows, high_rows) = coarse.split_at_mut(first(end) - first(low[0].aggregates.start));
-                    ((low_sums, low_rows), (high_sums, high_rows))
-                },
-                &|part, (sums, coarse)| {
-                    coarse.fill([Wide::ZERO; 2]);
-                    for i in &part.nodes {
-                        self.pass_on(*i as usize, &part.aggregates, coarse_pattern, &mut sums[0], &product, coarse);
-                    }
-                },
-            );
-        } else {
-            coarse.fill([Wide::ZERO; 2]);
-            for i in 0..self.pattern.rows() {
-                self.pass_on(i, &(0..coarse_pattern.rows()), coarse_pattern, &mut sums[0], &product, coarse);
-            }
-        }
+        in_parts(
+            self.parts(parallel),
+            (&mut sums[..], coarse),
+            &|(sums, coarse), low| {
+                let first = |aggregate: usize| coarse_pattern.first[aggregate] as usize;
+                let end = low[low.len() - 1].aggregates.end;
+                let (low_sums, high_sums) = sums.split_at_mut(low.len());
+                let (low_rows, high_rows) = coarse.split_at_mut(first(end) - first(low[0].aggregates.start));
+                ((low_sums, low_rows), (high_sums, high_rows))
+            },
+            &|part, (sums, coarse)| {
+                coarse.fill([Wide::ZERO; 2]);
+                for i in &part.nodes {
+                    self.pass_on(*i as usize, &part.aggregates, coarse_pattern, &mut sums[0], &product, coarse);
+                }
+            },
+        );
         self.sums = sums;
     }
 
