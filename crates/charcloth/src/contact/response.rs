@@ -201,6 +201,12 @@ impl Response {
         self.progress >= 1.0
     }
 
+    /// Largest speed of the scenery in this step [m/s].
+    pub fn pace(&self) -> f64 {
+        let planes = self.plane.iter().map(|plane| plane[2]);
+        self.speed.iter().copied().chain(planes).map(DVec3::length).fold(0.0, f64::max)
+    }
+
     /// Holds the scenery where it is, or lets it go on.
     pub fn wait(&mut self, waits: bool) {
         self.waits = waits;

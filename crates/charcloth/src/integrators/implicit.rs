@@ -360,12 +360,19 @@ impl Implicit {
         }
         self.candidate.copy_from_slice(&self.speed);
         let mut energy = self.energy(h, damping, parallel);
-        // Friction follows from the force of contact, which a tolerance by the speed of all would leave open.
-        let scale = if self.contact.is_some() { moving.min(falling) } else { moving };
-        let mut first_gain: f64 = 0.0;
+        // What the sheet would have of energy if all of it went along with the scenery.
+        let along = 0.5 * mass * self.contact.as_ref().map_or(0.0, Response::pace).powi(2);
+        // The gain that later ones are measured by is the first, within bounds. Where something touches, the speed of all is
+        // the upper one: friction follows from the force of contact, which it would leave open as the lower, and a
+        // guess that presses together what touches gains far more than that.
+        let (least, most) = match self.contact {
+            Some(_) => (moving.min(falling), moving.max(falling).max(along)),
+            None => (moving, f64::INFINITY),
+        };
+        let mut first_gain: Option<f64> = None;
         self.fresh = true;
-        let most = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
-        for iteration in 0..most {
+        let iterations = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
+        for _ in 0..iterations {
             if let Some(contact) = &mut self.contact {
                 contact.detect(&self.speed, h);
                 energy += contact.energy(&self.position, &self.speed, h);
@@ -373,9 +380,16 @@ impl Implicit {
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
-            let closer = if self.contact.is_some() { CLOSER_IN_CONTACT } else { CLOSER };
-            let enough = (closer * newton * first_gain.max(scale)).max(0.01 * still);
-            let share = self.find_correction(h, [damping, linear, enough], halves, parallel, report);
+            // What carries the sheet along does work on it: the energy may rise, and the gain is no measure of what is left.
+            let carried = self.contact.as_ref().is_some_and(Response::is_under_way);
+            let [relative, enough] = if carried {
+                [0.0, along]
+            } else {
+                let closer = if self.contact.is_some() { CLOSER_IN_CONTACT } else { CLOSER };
+                [linear, closer * newton * first_gain.unwrap_or(least)]
+            };
+            let enough = enough.max(0.01 * still);
+            let share = self.find_correction(h, [damping, relative, enough], halves, parallel, report);
             report.iterations[0] += 1;
             if self.lost && halves {
                 return false;
@@ -383,11 +397,9 @@ impl Implicit {
             let Self { honest, correction, sums, .. } = self;
             let gain =
                 sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
-            if iteration == 0 {
-                first_gain = gain;
+            if !carried {
+                first_gain.get_or_insert(gain.clamp(least, most));
             }
-            // What carries the sheet along does work on it, and the energy may rise.
-            let carried = self.contact.as_ref().is_some_and(Response::is_under_way);
             let arrived = self.contact.as_ref().is_none_or(Response::has_arrived);
             // A shorter step where the full one does not lower the energy as it should [Armijo1966].
             let mut length = share;
@@ -421,7 +433,7 @@ impl Implicit {
                 // What gets nowhere against the sheet waits until that has made way.
                 contact.wait(if carried { length < RELUCTANT } else { fell && length < 1.0 });
             }
-            if length == 1.0 && arrived && gain <= (newton * first_gain.max(scale)).max(still) {
+            if length == 1.0 && arrived && gain <= (newton * first_gain.unwrap_or(least)).max(still) {
                 return !self.lost;
             }
         }

@@ -100,7 +100,8 @@ pub struct Shell {
     pub machine_direction: Angle,
     /// Damping of bending, as a part of its stiffness.
     pub bending_damping: Time,
-    /// Newton iterations end when the energy they still gain has fallen to this part of the first gain.
+    /// Newton iterations end when the energy they still gain has fallen to this part of the first gain, or where something
+    /// touches to this part of the energy of motion, if that is less.
     pub newton_tolerance: Ratio,
     /// Conjugate gradients end at this part of the error at the start, in the norm of energy.
     pub linear_tolerance: Ratio,
