@@ -1,82 +1,38 @@
 //! The step, and the run around it.
 
+mod advice;
+mod burning;
+mod start;
 mod summary;
 
+pub use start::{GreyImage, Inputs};
 pub use summary::Summary;
 
-use crate::build::{self, Built};
+use crate::build::Built;
 use crate::burn_mesh::BurnMap;
-use crate::contact::scenery::Scenery;
 use crate::counters::Stages;
 use crate::crack::Cracks;
 use crate::effects::conduction::conductances;
-use crate::effects::{self, Effect, Forces, HeatRates, Now, SpringFactors};
+use crate::effects::{Effect, Forces, HeatRates, Now, SpringFactors};
 use crate::error::Error;
 use crate::flow::Flow;
 use crate::frame::{Frame, Sample, Sink, fine_normals, node_normals};
 use crate::homogenise;
-use crate::integrators::{Advanced, INTEGRATORS, Integrator, MEETS, Step};
+use crate::integrators::{Advanced, Integrator, Step};
 use crate::kernels::heat::ConductanceRow;
 use crate::kernels::{Links, VectorUnit};
 use crate::ledger;
-use crate::material::Material;
 use crate::measure::{self, Probes};
-use crate::mesh::SurfaceMesh;
-use crate::motion::{Guide, MeshSequence};
+use crate::motion::Guide;
 use crate::particles::Shed;
 use crate::physical::Physical;
 use crate::plume::Plume;
-use crate::registry;
 use crate::scene::{Model, Scene};
-use crate::select;
 use crate::sheet::SheetState;
 use crate::tear;
-use crate::thermo::{Burning, Moment};
+use crate::thermo::Burning;
 use glam::DVec3;
-use std::collections::BTreeMap;
 use std::time::Instant;
-
-/// A grey picture, values 0 to 1, row by row from the top.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct GreyImage {
-    /// Pixels in a row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Values, 0 black to 1 white.
-    pub values: Vec<f32>,
-}
-
-/// What a scene names but does not hold: meshes and pictures, already read.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Inputs {
-    /// The mesh that `sheet.mesh` names.
-    pub mesh: Option<SurfaceMesh>,
-    /// The mesh that `sheet.rest_mesh` names.
-    pub rest_mesh: Option<SurfaceMesh>,
-    /// The meshes that `motion.files` names, their points in the order of those of `mesh`.
-    pub motion: Option<MeshSequence>,
-    /// Meshes of obstacles by the path the scene gives.
-    pub obstacles: BTreeMap<String, SurfaceMesh>,
-    /// How obstacles are animated, by the files the scene gives.
-    pub obstacle_motions: BTreeMap<String, MeshSequence>,
-    /// Pictures by the path the scene gives.
-    pub images: BTreeMap<String, GreyImage>,
-    /// The material that `sheet.material` names, for the physical model.
-    pub material: Option<Material>,
-}
-
-/// Builds the physical model of a scene.
-fn physical(scene: &Scene, inputs: &Inputs, built: &mut Built, flames: &[Flame]) -> Result<Physical, Error> {
-    let name = &scene.sheet.material;
-    let material = inputs.material.as_ref().ok_or_else(|| {
-        Error::scene("sheet.material", format!("{name} was not read"), "hand it over in Inputs::material")
-    })?;
-    let heaters = scene.heater.iter().enumerate().map(|(row, heater)| select::heated(built, heater, row));
-    let heaters = heaters.collect::<Result<_, Error>>()?;
-    let pilots = flames.iter().map(|flame| (flame.nodes.clone(), flame.delay.clone())).collect();
-    Physical::build(scene, material, built, pilots, heaters)
-}
 
 /// A flame held to some nodes for a while.
 struct Flame {
@@ -149,137 +105,6 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Builds a scene: the state at frame 0.
-    pub fn build(scene: &Scene, inputs: &Inputs) -> Result<Self, Error> {
-        let mut built = build::sheet(scene, inputs)?;
-        for (row, pin) in scene.pin.iter().enumerate() {
-            for node in select::pinned(&built, pin, row)? {
-                built.state.motion.pinned[node as usize] = 1;
-            }
-        }
-        let mut flames = Vec::new();
-        for (row, ignite) in scene.ignite.iter().enumerate() {
-            let nodes = select::ignited(&built, inputs, ignite, row)?;
-            flames.push(Flame {
-                delay: select::delays(&built, inputs, ignite, row, &nodes)?,
-                nodes,
-                start: ignite.start.0,
-                end: ignite.start.0 + ignite.length.0,
-                temperature: ignite.temperature.0,
-            });
-        }
-        measure::set_initial(scene, &mut built)?;
-        let burning = Burning::of(scene);
-        let mut physical = match scene.model {
-            Model::Moidu2004 => None,
-            Model::Physical => Some(physical(scene, inputs, &mut built, &flames)?),
-        };
-        let cracks = match &inputs.material {
-            Some(material) if physical.is_some() && scene.crack.enabled && scene.mechanics.moves => {
-                Some(Cracks::of(scene, material, &built.state.burn))
-            }
-            _ => None,
-        };
-        let flow = match &inputs.material {
-            Some(material) if physical.is_some() && scene.mechanics.moves => Some(Flow::of(scene, material)),
-            _ => None,
-        };
-        let state = &mut built.state;
-        let heat =
-            physical.as_ref().map_or_else(|| burning.heat_content(&state.burn), |model| model.heat_content(state));
-        state.books.heat_initial[0] = heat;
-        built.state.books.momentum_initial[0] = measure::momentum(&built.state);
-        let integrator = registry::find(INTEGRATORS, &scene.mechanics.integrator, "mechanics.integrator")?;
-        if integrator.name == "implicit" && scene.mechanics.moves && built.state.triangles.is_empty() {
-            return Err(Error::scene(
-                "mechanics.integrator",
-                "a shell needs a surface, and a chain has none",
-                "use sheet.shape = \"unstructured\" or \"grid\", or the integrator symplectic_euler",
-            ));
-        }
-        let scenery = Scenery::of(scene, inputs)?;
-        let meets = scene.mechanics.moves && (!scenery.is_empty() || scene.contact.self_contact == Some(true));
-        if meets && !MEETS.contains(&integrator.name) {
-            return Err(Error::scene(
-                "mechanics.integrator",
-                format!("{} does not know contact, and the scene has obstacles or self-contact", integrator.name),
-                format!("use the integrator {}, or take them out", MEETS.join(" or ")),
-            ));
-        }
-        let sheds = physical.is_some() && scene.mechanics.moves && !built.state.triangles.is_empty();
-        let mut shed = sheds.then(|| Shed::of(scene, built.up, &scenery));
-        if let Some(shed) = &mut shed {
-            shed.measure(&mut built.state);
-        }
-        let mut mover = (integrator.item)(scene);
-        if let Some(physical) = &mut physical {
-            physical.meet(&scenery.planes);
-        }
-        mover.meet(scenery);
-        if meets && mover.crossings(&built.state, 0).is_some_and(|pairs| pairs > 0) {
-            return Err(Error::scene(
-                if scene.obstacle.is_empty() { "sheet" } else { "obstacle" },
-                "the sheet crosses itself or an obstacle at the start, and contact cannot undo that",
-                "move the sheet or the obstacle (sheet.position, obstacle.position), or set contact.self_contact = false",
-            ));
-        }
-        let mut simulation = Self {
-            effects: effects::of_scene(scene),
-            integrator: mover,
-            meets,
-            measures: measure::of_scene(scene, &built)?,
-            warnings: built.remarks.clone(),
-            scene: scene.clone(),
-            built,
-            burning,
-            physical,
-            flow,
-            cracks,
-            shed,
-            plume: Plume::default(),
-            flames,
-            scratch: Scratch::default(),
-            topology: 0,
-            laid_out: None,
-            stages: Stages::default(),
-            wall: 0.0,
-            resumed: false,
-            last: Advanced::default(),
-            iterations: [0; 2],
-            last_step: 0.0,
-            unit: VectorUnit::best(),
-            parallel: rayon::current_num_threads() > 1,
-        };
-        simulation.warn_if_too_light();
-        Ok(simulation)
-    }
-
-    /// Builds a scene and puts it into a state saved earlier; the run goes on with the same bits.
-    pub fn resume(scene: &Scene, inputs: &Inputs, state: SheetState) -> Result<Self, Error> {
-        let mut simulation = Self::build(scene, inputs)?;
-        let built = &simulation.built.state;
-        if state.books.len() != 1 || state.motion.len() < built.motion.len() {
-            return Err(Error::Resume(format!(
-                "the saved state has {} nodes, the scene {}: it is of another scene",
-                state.motion.len(),
-                built.motion.len()
-            )));
-        }
-        let same = [
-            state.triangles.len() == built.triangles.len(),
-            state.springs.len() == built.springs.len(),
-            state.burn_triangles.len() == built.burn_triangles.len(),
-        ];
-        if same.contains(&false) {
-            return Err(Error::Resume("the saved state has other triangles or springs than the scene".to_owned()));
-        }
-        simulation.built.state = state;
-        // What has been laid out for the state as built is stale.
-        simulation.topology += 1;
-        simulation.resumed = true;
-        Ok(simulation)
-    }
-
     /// Uses a certain vector unit; every one gives the same bits.
     pub fn set_vector_unit(&mut self, unit: VectorUnit) {
         self.unit = unit;
@@ -443,87 +268,6 @@ impl Simulation {
         stages.time("crack", || cracks.advance(state, shell, &scratch.factors, *topology))
     }
 
-    /// Heat and fuel of the 2004 model, in as many parts as heat needs to bring no new extremes.
-    fn burn(&mut self, dt: f64) {
-        let (parallel, unit) = (self.parallel, self.unit);
-        let heat_steps = (dt / self.longest_heat_step() - 1e-9).ceil().max(1.0);
-        let heat_dt = dt / heat_steps;
-        for part in 0..heat_steps as u64 {
-            let time = self.time() + part as f64 * heat_dt;
-            let moment = Moment { time, dt: heat_dt, unit, parallel };
-            self.hold_flames(time);
-            self.add_heat();
-            let Self { built: Built { state, .. }, burning, scratch, stages, .. } = self;
-            stages.time("burn", || burning.advance(state, &scratch.rates, moment));
-        }
-    }
-
-    /// Heat, chemistry and gas of the physical model, in parts that each can hold.
-    fn burn_physically(&mut self, dt: f64) {
-        let Self { built: Built { state, .. }, physical, scratch, stages, scene, .. } = self;
-        let Some(physical) = physical else { return };
-        let Scratch { map, normal, burn_position, burn_normal, .. } = scratch;
-        let (fine, moves) = (state.has_fine_burn_mesh(), scene.mechanics.moves);
-        let parts = (dt / physical.longest_step() - 1e-9).ceil().max(1.0);
-        let start = state.books.time[0];
-        for part in 0..parts as u64 {
-            let moment = start + part as f64 * (dt / parts);
-            stages.time("wake", || physical.wake(state, moment));
-            if !fine {
-                stages.time("burn", || {
-                    let position = std::mem::take(&mut state.motion.position);
-                    physical.advance(state, &position, normal, moment, dt / parts);
-                    state.motion.position = position;
-                });
-                continue;
-            }
-            stages.time("place", || {
-                let place = |i| map.position(&state.triangles, &state.motion.position, normal, i);
-                if moves {
-                    for column in [&mut *burn_position, &mut *burn_normal] {
-                        column.resize(state.burn.len(), DVec3::ZERO);
-                    }
-                    let [awake, near] = physical.awake();
-                    near.iter().for_each(|i| burn_position[*i as usize] = place(*i as usize));
-                    for i in awake.iter().map(|i| *i as usize) {
-                        burn_normal[i] = map.normal(&state.burn_triangles.corners, burn_position, i);
-                    }
-                } else if burn_position.len() != state.burn.len() {
-                    burn_position.clear();
-                    burn_position.extend((0..state.burn.len()).map(place));
-                    *burn_normal = fine_normals(burn_position, &state.burn_triangles);
-                }
-            });
-            stages.time("burn", || physical.advance(state, burn_position, burn_normal, moment, dt / parts));
-        }
-    }
-
-    /// Brings what pictures and mechanics see of burning up to date, and takes what has burnt through out of a finer burn
-    /// mesh. Once a frame will do: only pictures tell a triangle without fuel from none.
-    fn burn_through(&mut self) {
-        let split = self.laid_out != Some(self.topology);
-        let state = &mut self.built.state;
-        self.scratch.shown = true;
-        match &mut self.physical {
-            Some(physical) => physical.show(state, split),
-            None => homogenise::show(state),
-        }
-        if homogenise::burn_through(state, self.scene.mechanics.residual_stiffness.0) {
-            tear::split(state);
-            if !state.has_fine_burn_mesh() {
-                tear::part(state);
-            }
-            self.topology += 1;
-        }
-        if let Some(shed) = &mut self.shed {
-            if shed.cut(state) {
-                self.topology += 1;
-            }
-            shed.gather(state);
-            shed.measure(state);
-        }
-    }
-
     /// Lays out what follows from the topology, if that has changed.
     fn lay_out(&mut self) -> bool {
         if self.laid_out == Some(self.topology) {
@@ -577,22 +321,6 @@ impl Simulation {
         });
     }
 
-    /// Conductance that leads to each node, for the length of heat steps.
-    fn sum_conductances(&mut self) {
-        let Self { built: Built { state, .. }, scratch, .. } = self;
-        scratch.longest_heat_step = None;
-        scratch.conductance_sum.clear();
-        scratch.conductance_sum.resize(state.burn.len(), 0.0);
-        let edges = &state.burn_edges;
-        for (e, places) in scratch.heat_links.of_element.iter().enumerate() {
-            if places[0][0] != u32::MAX {
-                let [row, lane] = places[0];
-                let conductance = scratch.conductance[row as usize].0[lane as usize];
-                edges.ends[e].iter().for_each(|i| scratch.conductance_sum[*i as usize] += conductance);
-            }
-        }
-    }
-
     fn now(&self) -> Now<'_> {
         Now {
             state: &self.built.state,
@@ -606,62 +334,6 @@ impl Simulation {
             unit: self.unit,
             parallel: self.parallel,
         }
-    }
-
-    /// Longest heat step that brings no new extremes [s].
-    fn longest_heat_step(&mut self) -> f64 {
-        if self.scene.fire.distance == crate::scene::ConductionDistance::Current {
-            let Self { built: Built { state, .. }, scratch, scene, .. } = self;
-            conductances(state, &scratch.heat_links, scene.fire.distance, &mut scratch.conductance);
-            self.sum_conductances();
-        }
-        let scratch = &mut self.scratch;
-        if self.burning.changes_capacity() {
-            scratch.longest_heat_step = None;
-        }
-        *scratch.longest_heat_step.get_or_insert_with(|| {
-            let longest = self.burning.longest_step(&self.built.state.burn, &scratch.conductance_sum);
-            // tuned: at the bound itself one node may take the mean of its neighbours; nine tenths keeps some of its own
-            0.9 * longest
-        })
-    }
-
-    /// Heats the nodes that a flame is held to.
-    fn hold_flames(&mut self, time: f64) {
-        let state = &mut self.built.state;
-        let begun = |flame: &&Flame| flame.start <= time && (time < flame.end || !flame.delay.is_empty());
-        for flame in self.flames.iter().filter(begun) {
-            for (k, i) in flame.nodes.iter().enumerate() {
-                let i = *i as usize;
-                let since = time - flame.delay.get(k).copied().unwrap_or(0.0);
-                if !(flame.start..flame.end).contains(&since) {
-                    continue;
-                }
-                if state.burn.temperature[i] >= flame.temperature {
-                    continue;
-                }
-                let given = self.burning.capacity_of(&state.burn, i) * (flame.temperature - state.burn.temperature[i]);
-                state.burn.temperature[i] = flame.temperature;
-                state.burn.peak_temperature[i] = state.burn.peak_temperature[i].max(flame.temperature);
-                if state.burn.ignited_at[i] < 0.0 && flame.temperature > self.scene.fire.ignition_temperature.0 {
-                    state.burn.ignited_at[i] = time;
-                }
-                state.books.heat_of_ignition[0] += given;
-            }
-        }
-    }
-
-    fn add_heat(&mut self) {
-        let mut rates = std::mem::take(&mut self.scratch.rates);
-        let count = self.built.state.burn.len();
-        rates.clear(count);
-        let start = Instant::now();
-        let now = self.now();
-        for effect in &self.effects {
-            effect.add_heat(&now, &mut rates);
-        }
-        self.stages.add("heat", start);
-        self.scratch.rates = rates;
     }
 
     fn weaken(&mut self) {
@@ -700,59 +372,6 @@ impl Simulation {
         }
         self.scratch.forces = forces;
         self.stages.add("forces", start);
-    }
-
-    fn warn_once(&mut self, warning: String, about: &str) {
-        if !self.warnings.iter().any(|known| known.starts_with(about)) {
-            self.warnings.push(warning);
-        }
-    }
-
-    fn warn_if_unstable(&mut self) {
-        if self.last.stalled {
-            let about = "time.step: motion is not solved to its tolerance";
-            let message = format!("{about} (first at {:.4} s); shorten time.step", self.time());
-            self.warn_once(message, about);
-        }
-        if self.last.courant > 1.0 {
-            let about = "time.substeps: the forced substep is unstable";
-            let message = format!(
-                "{about}: it is {:.2} times the longest stable one (first at {:.4} s); leave substeps out, or ask for {} \
-                 and more",
-                self.last.courant,
-                self.time(),
-                (f64::from(self.last.substeps) * self.last.courant).ceil()
-            );
-            self.warn_once(message, about);
-        }
-    }
-
-    fn warn_if_too_light(&mut self) {
-        if self.scene.mechanics.moves && self.scene.mechanics.inert_fraction.0 <= 0.0 {
-            let about = "mechanics.inert_fraction: at 0 a burnt node has no mass and no step is stable";
-            self.warn_once(format!("{about}; 0.1 is the default"), about);
-        }
-    }
-
-    fn likeliest_cause(&self, field: &str) -> String {
-        let unstable = self.last.courant > 1.0;
-        match field {
-            "position" | "velocity" if unstable => format!(
-                "time.substeps forces a substep {:.1} times the longest stable one; leave it out",
-                self.last.courant
-            ),
-            "position" | "velocity" => {
-                "forces too strong for the sheet: lower curl.pressure, thermal_force.contraction or the wind, or shorten \
-                 time.step"
-                    .to_owned()
-            }
-            "temperature" | "peak_temperature" => {
-                "heat of combustion too large for the heat capacity: check fire.heat_of_combustion and \
-                 fire.heat_capacity"
-                    .to_owned()
-            }
-            _ => "a value of the scene out of all proportion".to_owned(),
-        }
     }
 
     /// The time-history row of the frame reached.

@@ -11,6 +11,7 @@
 mod continuous;
 mod distance;
 mod intersection;
+mod laws;
 mod proximity;
 pub mod response;
 pub mod scenery;

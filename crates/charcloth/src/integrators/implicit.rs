@@ -2,37 +2,35 @@
 //!
 //! Model: backward differences of second order for position and velocity (Eq. 12.8), each step the minimum of an energy
 //! (Eq. 12.9) that is found by Newton's method with a line search; linear systems by conjugate gradients with a multigrid
-//! preconditioner. Where the sheet touches, itself or what is in the way, contact has its part in that energy, and no
+//! preconditioner (`correction.rs`). Where the sheet touches, itself or what is in the way, contact has its part in that energy, and no
 //! iteration goes so far that anything passes through (`contact/response.rs`).
 //! Source: [Curtiss1952] for the differences; [Martin2011] for the energy. Valid when: steps resolve the
 //! motion that matters; stiffness sets no limit. Burnt sheet loses stiffness by Eq. 7.1, heat shortens lengths by
 //! the contraction of Eq. 6.3b; springs carry nothing, but where the shell's tension along one passes its strength, it breaks.
 //! Cost: a few products with a sparse matrix an iteration.
 
+mod correction;
+mod energy;
+mod pieces;
+mod strength;
+
 use super::symplectic_euler::strain_max;
 use super::{Advanced, Integrator, Step};
 use crate::contact::response::Response;
 use crate::contact::scenery::Scenery;
-use crate::scene::{self, Scene, ThermalForceLaw, Threshold};
-use crate::sheet::{NONE, SheetState, SpringKind};
+use crate::scene::{self, Scene, ThermalForceLaw};
+use crate::sheet::SheetState;
 use crate::shell::Shell;
 use crate::solver::StepMatrix;
-use crate::solver::blocks::{by_rows, sum_by_rows};
-use crate::solver::conjugate_gradients::{ConjugateGradients, Tolerance};
-use crate::solver::multigrid::{CAUTION, Multigrid};
+use crate::solver::blocks::sum_by_rows;
+use crate::solver::conjugate_gradients::ConjugateGradients;
+use crate::solver::multigrid::Multigrid;
 use glam::DVec3;
 
-/// Most Newton iterations a step, conjugate-gradient iterations each, and halvings of an iteration's length.
+/// Most Newton iterations a step, the same where something touches, and most halvings of an iteration's length.
 const NEWTON: usize = 20;
-/// Most Newton iterations of a step in which something touches, and how many times the correction of each is solved for again
-/// to mind what it would meet: past the second time only while less than a share of it can be made.
-// tuned: 2 to 6; one less costs half more where a sheet folds, four times always cost double in a stack; share 0.1 to 0.5
 const NEWTON_IN_CONTACT: usize = 60;
-const FORESIGHT: usize = 4;
-const ENOUGH: f64 = 0.25;
-const LINEAR: usize = 300;
-/// The same where there is a correction to fall back on. // tuned: 30 to 300
-const LINEAR_MORE: usize = 100;
+const HALVINGS: usize = 12;
 /// Part of the gain under which a step counts as solved that linear systems are solved to: the multigrid cycle, which
 /// measures it, takes what is left for less than it is.
 // tuned: 0.001 to 0.1; at 0.001 as much time as it saves is lost, at 0.01 a sheet that falls is off by half more
@@ -40,19 +38,14 @@ const CLOSER: f64 = 0.003;
 /// The same where something touches, and what touches changes from iteration to iteration.
 // tuned: 0.01 to 0.3; what slides on a slope falls short by 0.2, 0.4, 0.7 and 1.8 % at 0.01, 0.02, 0.03 and 0.1
 const CLOSER_IN_CONTACT: f64 = 0.02;
-const HALVINGS: usize = 12;
 /// Share of an iteration under which the scenery counts as held up by the sheet. // tuned: 0.01 to 0.3
 const RELUCTANT: f64 = 0.1;
 /// How many times a step that is not solved is halved at most.
 const MOST_HALVED: u32 = 4;
-/// Factor on estimated eigenvalues past which the solver gives up.
-const MOST_CAUTION: f32 = 10.0;
 /// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
 const STILL: f64 = 1e-5;
 /// Fewest nodes for which a second thread pays for its start. // tuned: 2000 to 10000
 const PARALLEL_FROM: usize = 3000;
-/// Largest change of step length over which differences of second order are taken.
-const STEADY: f64 = 1.5;
 
 struct Implicit {
     scene: Scene,
@@ -211,56 +204,6 @@ impl Implicit {
         }
     }
 
-    /// Numbers the connected pieces.
-    fn find_pieces(&mut self) {
-        let count = self.fixed.len();
-        self.piece = vec![NONE; count];
-        self.floats.clear();
-        let mut found = Vec::new();
-        for start in 0..count {
-            if self.piece[start] != NONE {
-                continue;
-            }
-            let piece = self.floats.len() as u32;
-            self.piece[start] = piece;
-            found.push(start as u32);
-            let mut floats = true;
-            while let Some(i) = found.pop() {
-                floats &= !self.fixed[i as usize];
-                for j in self.matrix.pattern.columns(i as usize) {
-                    if self.piece[*j as usize] == NONE {
-                        self.piece[*j as usize] = piece;
-                        found.push(*j);
-                    }
-                }
-            }
-            self.floats.push(floats);
-        }
-    }
-
-    /// Puts right what the linear solver has left of the momentum of pieces that hang on nothing: elastic forces cannot
-    /// change it, so the last word needs no iteration.
-    fn balance_momentum(&mut self) {
-        self.touched.clear();
-        self.touched.resize(self.floats.len(), false);
-        if let Some(contact) = &self.contact {
-            contact.touched(|i| self.touched[self.piece[i] as usize] = true);
-        }
-        self.piece_sums.clear();
-        self.piece_sums.resize(self.floats.len(), (DVec3::ZERO, 0.0));
-        for (i, piece) in self.piece.iter().enumerate() {
-            let (left, mass) = &mut self.piece_sums[*piece as usize];
-            *left += self.rest_of_residual[i];
-            *mass += self.diagonal[i];
-        }
-        for (i, piece) in self.piece.iter().enumerate() {
-            if self.floats[*piece as usize] && !self.touched[*piece as usize] {
-                let (left, mass) = self.piece_sums[*piece as usize];
-                self.correction[i] += left / mass;
-            }
-        }
-    }
-
     /// Takes over masses and outer forces.
     fn load(&mut self, state: &SheetState, step: &Step<'_>) {
         let count = state.motion.len();
@@ -307,31 +250,6 @@ impl Implicit {
             report.passed_through += contact.passed_through();
         }
         self.store(state, dt);
-    }
-
-    /// Eq. 12.8: the step as one of implicit Euler, from a mixture of the last two states and so much shorter [s].
-    fn look_back(&mut self, state: &SheetState, dt: f64) -> f64 {
-        let before = state.books.step_before[0];
-        let ratio = if before > 0.0 { dt / before } else { f64::INFINITY };
-        let steady = (1.0 / STEADY..=STEADY).contains(&ratio);
-        let (now, then, length) = if steady {
-            let lead = (1.0 + 2.0 * ratio) / (1.0 + ratio);
-            ((1.0 + ratio) / lead, -ratio * ratio / (1.0 + ratio) / lead, 1.0 / lead)
-        } else {
-            (1.0, 0.0, 1.0)
-        };
-        for i in 0..state.motion.len() {
-            self.position[i] = state.motion.position[i];
-            if self.fixed[i] {
-                (self.from[i], self.speed_from[i]) = (self.position[i], DVec3::ZERO);
-                self.speed[i] = DVec3::ZERO;
-                continue;
-            }
-            self.from[i] = state.motion.position[i] * now + state.before.position[i] * then;
-            self.speed_from[i] = state.motion.velocity[i] * now + state.before.velocity[i] * then;
-            self.speed[i] = state.motion.velocity[i];
-        }
-        dt * length
     }
 
     /// Finds the velocity at the end of a step of implicit Euler. Returns whether it has been found; gives up early where the
@@ -457,161 +375,6 @@ impl Implicit {
         contact.go(candidate, share);
     }
 
-    /// Finds the correction of an iteration, and the share of it that may be made: solved for again where it would
-    /// change what touches.
-    fn find_correction(
-        &mut self,
-        h: f64,
-        [damping, relative, energy]: [f64; 3],
-        halves: bool,
-        parallel: bool,
-        report: &mut Advanced,
-    ) -> f64 {
-        std::mem::swap(&mut self.outer, &mut self.residual);
-        let mut tolerance = Tolerance { relative, energy, iterations: LINEAR };
-        let mut best = 0.0;
-        for round in 0..=FORESIGHT {
-            self.correct(h, damping, round > 0, tolerance, parallel, report);
-            if round == 0 {
-                std::mem::swap(&mut self.honest, &mut self.residual);
-            }
-            if self.lost && best > 0.0 {
-                // What the round before found will do.
-                self.lost = false;
-                std::mem::swap(&mut self.correction, &mut self.best);
-                break;
-            }
-            if self.lost && halves {
-                return 0.0;
-            }
-            let Some(contact) = &mut self.contact else { return 1.0 };
-            if round == 0 {
-                let Self { honest, correction, sums, .. } = self;
-                let gain =
-                    sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
-                // Later rounds begin with the last correction: what counts is the error against nothing at all.
-                tolerance = Tolerance { relative: 0.0, energy: energy.max(relative * relative * gain), ..tolerance };
-            }
-            if round == 0 && contact.foresee(&self.correction, h) {
-                continue;
-            }
-            for i in 0..self.speed.len() {
-                self.candidate[i] = self.position[i] + self.correction[i] * h;
-            }
-            let share = contact.safe_share(&self.candidate);
-            if best > 0.0 && share <= best {
-                std::mem::swap(&mut self.correction, &mut self.best);
-                break;
-            }
-            best = share;
-            tolerance.iterations = LINEAR_MORE;
-            if share == 1.0 || round == FORESIGHT || (round > 1 && share > ENOUGH) || !contact.expect() {
-                break;
-            }
-            self.best.copy_from_slice(&self.correction);
-        }
-        best
-    }
-
-    /// Solves for the correction that brings forces into balance, with those of contact; from the last one on where that
-    /// is `near`.
-    fn correct(
-        &mut self,
-        h: f64,
-        damping: f64,
-        near: bool,
-        tolerance: Tolerance,
-        parallel: bool,
-        report: &mut Advanced,
-    ) {
-        if !near {
-            self.shell.assemble(&mut self.matrix, &self.diagonal, [h * h, h * h + h * damping], &self.fixed, parallel);
-        }
-        self.residual.copy_from_slice(&self.outer);
-        if let Some(contact) = &self.contact {
-            contact.add_forces(&mut self.residual, h);
-            contact.couple(&mut self.matrix, h * h);
-        }
-        if near {
-            self.known.copy_from_slice(&self.correction);
-            self.matrix.multiply(&self.known, &mut self.correction, parallel);
-            for i in 0..self.residual.len() {
-                self.residual[i] -= self.correction[i];
-            }
-        }
-        let iterations = self.solve_linear(tolerance, near, parallel);
-        self.fresh = false;
-        report.iterations[1] += iterations as u32;
-        // What is left of it is no step that anyone asked for.
-        self.lost |= iterations >= tolerance.iterations;
-        if near {
-            for i in 0..self.residual.len() {
-                self.correction[i] += self.known[i];
-            }
-        }
-        self.balance_momentum();
-    }
-
-    /// Solves for the correction of a Newton iteration. Returns the number of iterations.
-    fn solve_linear(&mut self, tolerance: Tolerance, near: bool, parallel: bool) -> usize {
-        let Self { matrix, multigrid, position, linear, residual, rest_of_residual, correction, fresh, .. } = self;
-        let mut caution = CAUTION;
-        loop {
-            // A correction near the last one differs by what touches alone.
-            if !near || caution > CAUTION {
-                multigrid.set_up(matrix, position, caution, *fresh || caution > CAUTION, parallel);
-            }
-            multigrid.join(matrix, parallel);
-            rest_of_residual.copy_from_slice(residual);
-            if let Some(iterations) = linear.solve(matrix, multigrid, rest_of_residual, correction, tolerance, parallel)
-            {
-                return iterations;
-            }
-            // Smoothing overshoots where the largest eigenvalue was underestimated.
-            caution *= 1.5;
-            if caution > MOST_CAUTION {
-                return LINEAR;
-            }
-        }
-    }
-
-    /// Eq. 12.9: the energy whose minimum is the step, at the candidate velocity; forces and stiffness are there for it.
-    fn energy(&mut self, h: f64, damping: f64, parallel: bool) -> f64 {
-        for i in 0..self.position.len() {
-            if !self.fixed[i] {
-                self.position[i] = self.from[i] + self.candidate[i] * h;
-            }
-        }
-        let elastic = self.shell.respond(&self.position, parallel);
-        if damping > 0.0 {
-            self.shell.bend(&self.candidate, &mut self.bent, parallel);
-        }
-        let Self { candidate, speed_from, position, push, bent, mass, drag, sums, .. } = self;
-        let of_node = |i: usize| {
-            0.5 * mass[i] * candidate[i].distance_squared(speed_from[i])
-                + 0.5 * h * drag[i] * candidate[i].length_squared()
-                + 0.5 * h * damping * candidate[i].dot(bent[i])
-                - push[i].dot(position[i])
-        };
-        elastic + sum_by_rows(candidate.len(), parallel, sums, |part| part.map(of_node).sum())
-    }
-
-    /// What is not yet in balance at the last candidate: minus the gradient of the energy.
-    fn take_residual(&mut self, h: f64, damping: f64, parallel: bool) {
-        let Self { residual, shell, candidate, speed_from, push, bent, mass, drag, fixed, .. } = self;
-        by_rows(residual, parallel, |first, residual| {
-            for (k, residual) in residual.iter_mut().enumerate() {
-                let i = first + k;
-                *residual = if fixed[i] {
-                    DVec3::ZERO
-                } else {
-                    (shell.force(i) + push[i] - candidate[i] * drag[i] - bent[i] * damping) * h
-                        - (candidate[i] - speed_from[i]) * mass[i]
-                };
-            }
-        });
-    }
-
     fn store(&self, state: &mut SheetState, dt: f64) {
         for i in 0..state.motion.len() {
             state.before.position[i] = state.motion.position[i];
@@ -620,35 +383,5 @@ impl Implicit {
             state.motion.velocity[i] = self.speed[i];
         }
         state.books.step_before[0] = dt;
-    }
-
-    /// Breaks the springs along which the shell is pulled harder than it can bear (Eq. 9.1). Returns their number.
-    fn break_springs(&self, state: &mut SheetState, step: &Step<'_>) -> usize {
-        let mechanics = &self.scene.mechanics;
-        if mechanics.strength.0 <= 0.0 {
-            return 0;
-        }
-        let mut broken = 0;
-        for s in 0..state.springs.len() {
-            if state.springs.broken[s] != 0 || state.springs.kind[s] != SpringKind::Structural as u8 {
-                continue;
-            }
-            let ends = state.springs.ends[s];
-            let carriers = state.springs.carriers[s].into_iter().filter(|t| *t != NONE);
-            let (sum, bears, count) = carriers
-                .filter_map(|t| Some((self.shell.tension_along(t, ends)?, state.rest.strength[t as usize])))
-                .fold((0.0, 0.0, 0.0), |(sum, bears, count), (pull, strength)| {
-                    (sum + pull, bears + strength, count + 1.0)
-                });
-            let left = match mechanics.threshold {
-                Threshold::Scaled => step.factors.stiffness[s],
-                Threshold::Fixed => 1.0,
-            };
-            if count > 0.0 && sum > mechanics.strength.0 * left * bears {
-                state.springs.broken[s] = 1;
-                broken += 1;
-            }
-        }
-        broken
     }
 }

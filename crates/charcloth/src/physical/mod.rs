@@ -7,10 +7,12 @@
 //! microsecond a burning node and step; nodes at rest are not looked at (`awake.rs`).
 
 mod awake;
+mod balance;
 mod board;
 mod conduction;
 mod layout;
 mod nearby;
+mod show;
 mod shrinkage;
 
 use crate::build::Built;
@@ -23,7 +25,7 @@ use crate::gases::{self, FACES, FaceExchange, FaceView, Gas, GasState, SheetView
 use crate::material::Material;
 use crate::registry;
 use crate::scene::{Backing, Edges, Scene};
-use crate::sheet::{BoardNodes, Books, BurnNodes, FaceNodes, SheetState};
+use crate::sheet::{BoardNodes, Books, FaceNodes, SheetState};
 use crate::substances::{Masses, Substance};
 use awake::Awake;
 use board::Board;
@@ -41,20 +43,6 @@ const ASLEEP: f64 = 1e-6;
 
 /// Nodes that one thread works on at a time.
 const CHUNK: usize = 128;
-
-/// Part of a node's char that is gone when what is left no longer holds together: ash that falls.
-const ASH_FALLS: f64 = 0.9; // tuned: ash of paper crumbles at a touch, 0.7 to 1
-
-/// How fast char loses stiffness and strength while it burns away: `exp(-6 a)` for the part a that has gone.
-// tuned: graphites are said to lose about half of their strength with the first tenth of their mass, char of paper was not
-// found; strain at failure stays [GeneralAtomics1981]; 4 to 10
-const BURN_OFF: f64 = 6.0;
-
-/// Between these temperatures paper goes from as stiff as it was to as soft as char [K]: it has lost its stiffness before
-/// it shrinks.
-// tuned: no measurement of thin sheets was found; 200 to 400 degC
-const SOFTENS: f64 = 473.15;
-const SOFT: f64 = 673.15;
 
 /// What must not burn warms to this and refuses further heat [K]: paper begins to brown above.
 // tuned: under where cellulose loses mass or stiffness within minutes; 400 to 450 K
@@ -572,95 +560,6 @@ impl Physical {
         oxygen_taken[0] += sums.oxygen_taken;
         books.fuel_burnt[0] = books.volatiles[0] + books.oxides[0];
         books.heat_released[0] = books.heat_of_flames[0] + books.heat_of_oxidation[0];
-    }
-
-    /// Brings the columns of the burn nodes that both models share up to date, for pictures, files and mechanics: where
-    /// something has happened since the last time, or everywhere, which is called for when nodes have split.
-    pub fn show(&mut self, state: &mut SheetState, all: bool) {
-        let mut shown = std::mem::take(&mut self.shown);
-        self.awake.touched(state.burn.len(), all, &mut shown);
-        for i in &shown {
-            let i = *i as usize;
-            let fuel = self.fuel(state, i);
-            let SheetState { burn, front, back, .. } = &mut *state;
-            let dry_mass = front.dry_mass[i] + back.dry_mass[i];
-            let whole = front.fibre[i] + back.fibre[i] + front.polymer[i] + back.polymer[i];
-            let char = front.young_char[i] + back.young_char[i] + front.char[i] + back.char[i];
-            let left = (whole / (self.burns * dry_mass)).clamp(0.0, 1.0);
-            burn.fuel[i] = fuel;
-            burn.charred[i] = 1.0 - left;
-            // Char that ought to be there, if none had burnt.
-            let made = self.char_yield * dry_mass * (1.0 - left);
-            burn.ashed[i] = if left < 0.5 { (1.0 - char / made.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) } else { 0.0 };
-            let whole = Self::whole(burn, i);
-            burn.stiffness[i] = whole + (1.0 - whole) * self.char_stiffness * Self::sound(burn, i);
-            burn.mass[i] = masses(front, i).iter().chain(&masses(back, i)).sum();
-            burn.flame[i] = 0.0;
-            for face in 0..FACES {
-                if let (Some(flame), Some(height)) =
-                    (self.exchange.flame[face].get(i), self.exchange.flame_height[face].get(i))
-                    && *flame > 0.1
-                {
-                    burn.flame[i] = burn.flame[i].max(*height);
-                }
-            }
-        }
-        self.shown = shown;
-    }
-
-    /// Heat in the sheet, over 25 degC [J].
-    pub fn heat_content(&self, state: &SheetState) -> f64 {
-        let of = |face: &FaceNodes| -> f64 {
-            (0..face.len()).map(|i| self.chemistry.sensible_heat(&masses(face, i), face.temperature[i])).sum()
-        };
-        of(&state.front) + of(&state.back)
-    }
-
-    /// Heat that the books cannot account for, as a part of all that was there and has been exchanged.
-    pub fn energy_error(&self, state: &SheetState) -> f64 {
-        let books = &state.books;
-        let exchanged = [
-            books.heat_from_gas[0],
-            books.heat_from_heaters[0],
-            books.heat_of_drying[0],
-            books.heat_of_pyrolysis[0],
-            books.heat_of_oxidation[0],
-            -books.heat_carried[0],
-            -books.heat_to_board[0],
-        ];
-        let change = self.heat_content(state) - books.heat_initial[0];
-        let size: f64 = exchanged.iter().map(|heat| heat.abs()).sum();
-        let size = size + books.heat_initial[0].abs();
-        (change - exchanged.iter().sum::<f64>()).abs() / size.max(f64::MIN_POSITIVE)
-    }
-
-    /// Mass that the books cannot account for, as a part of that at the start.
-    pub fn mass_error(&self, state: &SheetState) -> f64 {
-        let books = &state.books;
-        let now: f64 = state.burn.mass.iter().sum();
-        let left = books.volatiles[0] + books.steam[0] + books.oxides[0] - books.oxygen_taken[0];
-        (now + left - books.mass_initial[0]).abs() / books.mass_initial[0].max(f64::MIN_POSITIVE)
-    }
-
-    /// Heat that a mass of fuel gas gives [J/kg].
-    pub fn heat_of_combustion(&self) -> f64 {
-        self.heat_of_combustion
-    }
-
-    /// Part of a node that is still sheet, by its fibre and by the heat that it has seen (w of Eq. 15.4).
-    pub fn whole(burn: &BurnNodes, i: usize) -> f64 {
-        let softened = ((burn.peak_temperature[i] - SOFTENS) / (SOFT - SOFTENS)).clamp(0.0, 1.0);
-        (1.0 - burn.charred[i]).min(1.0 - softened)
-    }
-
-    /// Part of the stiffness and strength of its char that burning away has left a node (Eq. 15.4).
-    pub fn sound(burn: &BurnNodes, i: usize) -> f64 {
-        (-BURN_OFF * burn.ashed[i]).exp()
-    }
-
-    /// Whether what is left between some burn nodes still holds together.
-    pub fn holds(burn: &BurnNodes, nodes: [usize; 3]) -> bool {
-        nodes.iter().any(|i| burn.ashed[*i] < ASH_FALLS)
     }
 }
 
