@@ -372,6 +372,8 @@ fields! {
         next_piece: u32, "1", Copy;
         /// Length of the last step of motion; 0 where there was none that can be looked back on.
         step_before: f64, "s", Copy;
+        /// How far obstacles are behind their time, held up by sheets; 0 where all steps are solved.
+        scenery_lag: f64, "s", Copy;
         /// Most pairs of triangles that crossed at the end of a frame; counted where there is contact.
         crossings_max: u32, "1", Copy;
         /// Pairs of features that have passed through each other; counted where there is contact.

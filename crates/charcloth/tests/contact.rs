@@ -105,6 +105,30 @@ fn paper_that_is_pressed_between_plates_does_not_stretch() {
 }
 
 #[test]
+fn a_sheet_that_cannot_give_way_holds_up_what_presses_on_it() {
+    let mut scene = sheet(Shape::Unstructured, 0.01, 0.01, 0.005);
+    scene.sheet.pose = Pose::Lying;
+    scene.mechanics.integrator = "implicit".to_owned();
+    scene.time.step = Time(0.02);
+    let plate = |y: f64, normal: f64, speed: f64| Obstacle {
+        position: [Length(0.0), Length(y), Length(0.0)],
+        normal: Some([0.0, normal, 0.0]),
+        velocity: [Speed(0.0), Speed(speed), Speed(0.0)],
+        ..Obstacle::default()
+    };
+    // The plates meet after 10 ms, and would be 6 mm past each other at the end.
+    scene.obstacle = vec![plate(-5e-4, 1.0, 0.0), plate(5e-4, -1.0, -0.1)];
+    let mut simulation = Simulation::build(&scene, &Inputs::default()).unwrap();
+    (0..2).for_each(|_| simulation.advance_frame().unwrap());
+    let summary = simulation.summary();
+    assert_eq!((summary.intersecting_pairs_max, summary.passed_through), (Some(0), Some(0)));
+    let state = simulation.state();
+    assert!(state.motion.position.iter().all(|p| (p.y + 5e-4).abs() < 1e-4));
+    assert!((state.books.scenery_lag[0] - (2.0 / 24.0 - 0.01)).abs() < 1e-3, "{}", state.books.scenery_lag[0]);
+    assert!(simulation.warnings().iter().any(|warning| warning.contains("holds up")), "{:?}", simulation.warnings());
+}
+
+#[test]
 fn what_cannot_be_is_said_in_words() {
     let mut explicit = scene();
     explicit.mechanics.integrator = "symplectic_euler".to_owned();

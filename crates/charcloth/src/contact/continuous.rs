@@ -19,11 +19,25 @@ const LEFT: f64 = 0.1;
 const LEAST_GAP: f64 = 1e-5;
 
 /// Share of its distance that a pair keeps in one move towards each other. // tuned: 0.1 to 0.5
-pub(super) const APPROACH: f64 = 0.2;
+const APPROACH: f64 = 0.2;
 
-/// Relative motion, over the distance at the start, up to which no pair approaches by that measure: what it would have to
-/// lose is `1 - APPROACH - LEFT (1 - APPROACH)` of its distance at least.
-pub(super) const AMPLE: f64 = 0.99 * (1.0 - APPROACH) * (1.0 - LEFT);
+/// Distance that no pair comes down to in moves towards each other [m], and the share of its distance that one keeps which
+/// is down there all the same: an audit can still tell them apart.
+// tuned: a few times `TOUCH`, where no paper bears what would press it so close
+const NEAREST: f64 = 4e-9;
+const BARELY: f64 = 1.0 - 1e-5;
+
+/// Relative motion up to which no pair at a distance approaches by the measure of [`kept`] [m].
+pub(super) fn idle(distance: f64) -> f64 {
+    // What it would have to lose is at least this part, but for the nearest.
+    let lost = 0.99 * (1.0 - APPROACH) * (1.0 - LEFT);
+    if APPROACH * distance > NEAREST { lost * distance } else { 0.0 }
+}
+
+/// Distance that a pair keeps in one move towards each other, from the one it has, within a radius [m].
+pub(super) fn kept(distance: f64, radius: f64) -> f64 {
+    (APPROACH * distance.min(radius)).max(BARELY * distance.min(NEAREST))
+}
 
 /// Distance at which two features count as having met when we ask only whether they did [m].
 /// tuned: above the rounding of positions within a kilometre, far below any thickness
@@ -56,7 +70,7 @@ pub struct Impact {
 pub(super) enum Goal {
     /// To keep a separation [m]. A pair that starts closer may halve its distance.
     Keep(f64),
-    /// To keep `APPROACH` of the distance, or of this one [m] where that is less.
+    /// To keep what is [`kept`] of the distance, or of this one [m] where that is less.
     Approach(f64),
     /// To tell whether two features touch at all.
     Tell,
@@ -72,7 +86,7 @@ impl Goal {
                 (least + left, LEFT * left)
             }
             Self::Approach(radius) => {
-                let least = APPROACH * distance.min(radius);
+                let least = kept(distance, radius);
                 let left = LEFT * (distance - least).min(least.max(LEAST_GAP));
                 (least + left, LEFT * left)
             }
@@ -86,7 +100,7 @@ impl Goal {
     pub(super) fn reach(self) -> f64 {
         let least = match self {
             Self::Keep(separation) => separation,
-            Self::Approach(radius) => APPROACH * radius,
+            Self::Approach(radius) => kept(radius, radius),
             Self::Tell => return (1.0 + LEFT) * TOUCH,
         };
         least + (1.0 + LEFT) * LEFT * least.max(LEAST_GAP)
@@ -120,7 +134,7 @@ pub(super) fn stay_apart(kind: Kind, before: &[DVec3; 4], after: &[DVec3; 4], go
 /// nodes keeps from anything at the start: that of the pair is no less.
 pub(super) fn cannot_approach(kind: Kind, clearance: [f64; 4], before: [DVec3; 4], after: [DVec3; 4]) -> bool {
     let least = clearance.into_iter().fold(0.0, f64::max);
-    fastest(kind, &std::array::from_fn(|k| after[k] - before[k])) <= AMPLE * least
+    fastest(kind, &std::array::from_fn(|k| after[k] - before[k])) <= idle(least)
 }
 
 /// Greatest relative motion of two nodes of different features, which bounds that of any two points [m].

@@ -26,7 +26,7 @@ pub use proximity::{Kind, Proximity};
 pub use surface::{Body, Rows, Surface};
 
 use crate::error::Error;
-use continuous::{AMPLE, Goal, cannot_approach, stay_apart, time_of_impact};
+use continuous::{Goal, cannot_approach, idle, stay_apart, time_of_impact};
 use glam::DVec3;
 use proximity::Nearest;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -223,7 +223,7 @@ impl Contacts {
         let way = mean_way(before, after);
         let ways = before.iter().zip(after).map(|(before, after)| *after - *before - way);
         self.lively.clear();
-        self.lively.extend(ways.zip(&self.clearance).map(|(way, clearance)| way.length() > 0.5 * AMPLE * clearance));
+        self.lively.extend(ways.zip(&self.clearance).map(|(way, clearance)| way.length() > 0.5 * idle(*clearance)));
         self.lively.contains(&true)
     }
 

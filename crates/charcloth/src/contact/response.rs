@@ -8,7 +8,7 @@
 //! run into from afar, is taken into account before it is made (`foresee`, `expect`). Valid when: nothing crosses at the
 //! start; the radius is below half an edge. Cost: two walks of the trees an iteration.
 
-use super::continuous::APPROACH;
+use super::continuous::kept;
 use super::distance::{edge_edge, vertex_triangle};
 use super::laws::{LOGARITHMIC, barrier, friction};
 use super::scenery::Scenery;
@@ -90,6 +90,8 @@ pub struct Response {
     plane: Vec<[DVec3; 3]>,
     /// Part of its way that the scenery has gone in this step.
     progress: f64,
+    /// Time that its way takes [s].
+    duration: f64,
     /// Whether the scenery stays where it is for now, for the sheet to make way.
     waits: bool,
     terms: Vec<Term>,
@@ -165,8 +167,9 @@ impl Response {
         self.target.resize(node_body.len(), DVec3::ZERO);
     }
 
-    /// Begins a step of motion between two times [s]: the sheet is where it is, the scenery has its way to go.
-    pub fn begin(&mut self, position: &[DVec3], [before, after]: [f64; 2]) {
+    /// Begins a step of motion between two times [s]: the sheet is where it is, the scenery has its way to go, from where it
+    /// was so much earlier [s].
+    pub fn begin(&mut self, position: &[DVec3], [before, after]: [f64; 2], lag: f64) {
         let Self { scenery, start, now, arrival, speed, plane, .. } = self;
         start.clear();
         start.extend_from_slice(position);
@@ -174,7 +177,7 @@ impl Response {
         speed.clear();
         for solid in &scenery.solids {
             for point in 0..solid.points.len() {
-                let (from, to) = (solid.place(point, before), solid.place(point, after));
+                let (from, to) = (solid.place(point, before - lag), solid.place(point, after));
                 start.push(from);
                 arrival.push(to);
                 speed.push((to - from) / (after - before));
@@ -182,11 +185,12 @@ impl Response {
         }
         plane.clear();
         plane.extend(scenery.planes.iter().map(|plane| {
-            let [from, to] = plane.way([before, after]);
+            let [from, to] = plane.way([before, after], lag);
             [from, to, (to - from) / (after - before)]
         }));
         let still = speed.iter().all(|v| *v == DVec3::ZERO) && plane.iter().all(|p| p[2] == DVec3::ZERO);
         self.progress = if still { 1.0 } else { 0.0 };
+        self.duration = after - before + lag;
         self.waits = false;
         now.clear();
         now.extend_from_slice(start);
@@ -196,6 +200,11 @@ impl Response {
     /// Whether the scenery has gone all its way.
     pub fn has_arrived(&self) -> bool {
         self.progress >= 1.0
+    }
+
+    /// How far the scenery is behind its time [s].
+    pub fn lag(&self) -> f64 {
+        (1.0 - self.progress) * self.duration
     }
 
     /// Largest speed of the scenery in this step [m/s].
@@ -264,7 +273,7 @@ impl Response {
             for i in 0..self.count {
                 let before = (self.now[i] - from).dot(plane.normal);
                 let after = (self.target[i] - to).dot(plane.normal);
-                let floor = APPROACH * before.min(self.half_layer(i));
+                let floor = kept(before, self.half_layer(i));
                 if after < floor {
                     share = share.min(((before - floor) / (before - after)).max(0.0));
                     self.plane_meetings.push((i as u32, p));
@@ -472,15 +481,16 @@ impl Response {
         let mut nodes = 0;
         for (p, plane) in self.scenery.planes.iter().enumerate() {
             let side = |at: DVec3, point: DVec3| (at - point).dot(plane.normal) > 0.0;
-            let [from, to, _] = self.plane[p];
+            let (from, to) = (self.plane[p][0], self.plane_point(p));
             nodes += (0..self.count).filter(|i| side(self.start[*i], from) && !side(self.now[*i], to)).count();
         }
         pairs + nodes
     }
 
-    /// Pairs of triangles that cross, of sheets and scenery, and nodes below a plane, at a time [s].
-    pub fn crossings(&mut self, position: &[DVec3], time: f64) -> usize {
-        self.begin(position, [time, time + 1.0]);
+    /// Pairs of triangles that cross, of sheets and scenery, and nodes below a plane, at a time [s]; the scenery so far
+    /// behind [s].
+    pub fn crossings(&mut self, position: &[DVec3], time: f64, lag: f64) -> usize {
+        self.begin(position, [time, time + 1.0], lag);
         let pairs = self.contacts.intersecting_pairs(&self.now);
         let below = |(p, plane): (usize, &super::scenery::Plane)| {
             let point = self.plane[p][0];
@@ -617,7 +627,7 @@ mod tests {
         let [over, under] = [DVec3::new(0.2, 0.2, 0.1), DVec3::new(0.2, 0.2, -0.1)];
         response.contacts = Contacts::build(surface, &all(over));
         for (way, through) in [(vec![under], true), (vec![over - DVec3::X, under - DVec3::X, under], false)] {
-            response.begin(&all(over), [0.0, 1.0]);
+            response.begin(&all(over), [0.0, 1.0], 0.0);
             way.iter().for_each(|at| response.go(&all(*at), 1.0));
             assert_eq!(response.passed_through() > 0, through, "{way:?}");
         }

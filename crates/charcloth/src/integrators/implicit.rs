@@ -168,7 +168,7 @@ impl Integrator for Implicit {
             self.lay_out(state);
             self.topology = Some(topology);
         }
-        Some(self.contact.as_mut()?.crossings(&state.motion.position, state.books.time[0]))
+        Some(self.contact.as_mut()?.crossings(&state.motion.position, state.books.time[0], state.books.scenery_lag[0]))
     }
 }
 
@@ -234,7 +234,7 @@ impl Implicit {
     ) {
         let h = self.look_back(state, dt);
         if let Some(contact) = &mut self.contact {
-            contact.begin(&state.motion.position, [time, time + dt]);
+            contact.begin(&state.motion.position, [time, time + dt], state.books.scenery_lag[0]);
         }
         let solved =
             self.solve(h, halvings > 0, parallel, report) && self.contact.as_ref().is_none_or(Response::has_arrived);
@@ -248,6 +248,7 @@ impl Implicit {
         report.substeps += 1;
         if let Some(contact) = &mut self.contact {
             report.passed_through += contact.passed_through();
+            state.books.scenery_lag[0] = contact.lag();
         }
         self.store(state, dt);
     }

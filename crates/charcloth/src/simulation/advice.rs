@@ -15,6 +15,12 @@ impl Simulation {
             let message = format!("{about} (first at {:.4} s); shorten time.step", self.time());
             self.warn_once(message, about);
         }
+        if self.built.state.books.scenery_lag[0] > 0.0 {
+            let about = "obstacle: a sheet that cannot give way holds up what presses on it";
+            let message =
+                format!("{about} (first at {:.4} s); let obstacles leave it room, or move slower", self.time());
+            self.warn_once(message, about);
+        }
         if self.last.courant > 1.0 {
             let about = "time.substeps: the forced substep is unstable";
             let message = format!(
