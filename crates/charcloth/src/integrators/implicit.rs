@@ -13,12 +13,13 @@ mod correction;
 mod energy;
 mod pieces;
 mod strength;
+mod tolerance;
 
 use super::symplectic_euler::strain_max;
 use super::{Advanced, Integrator, Step};
 use crate::contact::response::Response;
 use crate::contact::scenery::Scenery;
-use crate::scene::{self, Scene, ThermalForceLaw};
+use crate::scene::{Scene, ThermalForceLaw};
 use crate::sheet::SheetState;
 use crate::shell::Shell;
 use crate::solver::StepMatrix;
@@ -26,24 +27,16 @@ use crate::solver::blocks::sum_by_rows;
 use crate::solver::conjugate_gradients::ConjugateGradients;
 use crate::solver::multigrid::Multigrid;
 use glam::DVec3;
+use tolerance::Measure;
 
 /// Most Newton iterations a step, the same where something touches, and most halvings of an iteration's length.
 const NEWTON: usize = 20;
 const NEWTON_IN_CONTACT: usize = 60;
 const HALVINGS: usize = 12;
-/// Part of the gain under which a step counts as solved that linear systems are solved to: the multigrid cycle, which
-/// measures it, takes what is left for less than it is.
-// tuned: 0.001 to 0.1; at 0.001 as much time as it saves is lost, at 0.01 a sheet that falls is off by half more
-const CLOSER: f64 = 0.003;
-/// The same where something touches, and what touches changes from iteration to iteration.
-// tuned: 0.01 to 0.3; what slides on a slope falls short by 0.2, 0.4, 0.7 and 1.8 % at 0.01, 0.02, 0.03 and 0.1
-const CLOSER_IN_CONTACT: f64 = 0.02;
 /// Share of an iteration under which the scenery counts as held up by the sheet. // tuned: 0.01 to 0.3
 const RELUCTANT: f64 = 0.1;
 /// How many times a step that is not solved is halved at most.
 const MOST_HALVED: u32 = 4;
-/// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
-const STILL: f64 = 1e-5;
 /// Fewest nodes for which a second thread pays for its start. // tuned: 2000 to 10000
 const PARALLEL_FROM: usize = 3000;
 
@@ -257,17 +250,8 @@ impl Implicit {
     /// step may be halved.
     fn solve(&mut self, h: f64, halves: bool, parallel: bool, report: &mut Advanced) -> bool {
         self.lost = false;
-        let scene::Shell { newton_tolerance, linear_tolerance, bending_damping, .. } = &self.scene.shell;
-        let (newton, linear, damping) = (newton_tolerance.0, linear_tolerance.0, bending_damping.0);
-        let mass: f64 = self.mass.iter().sum();
-        let still = 0.5 * STILL * STILL * mass;
-        let moving = 0.5
-            * sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
-                part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
-            });
-        // What gravity gives in the step.
-        let falling = 0.5 * (self.scene.gravity.0 * h).powi(2) * mass;
-        if moving < falling {
+        let pace = self.pace(h, parallel);
+        if pace.moving < pace.falling {
             // Speeds so small are for the most part what earlier steps have left unsolved: to begin where the sheet is costs
             // less than to go on with them.
             for i in (0..self.speed.len()).filter(|i| !self.fixed[*i]) {
@@ -278,17 +262,10 @@ impl Implicit {
             self.start_apart(h);
         }
         self.candidate.copy_from_slice(&self.speed);
+        let damping = self.scene.shell.bending_damping.0;
         let mut energy = self.energy(h, damping, parallel);
-        // What the sheet would have of energy if all of it went along with the scenery.
-        let along = 0.5 * mass * self.contact.as_ref().map_or(0.0, Response::pace).powi(2);
-        // The gain that later ones are measured by is the first, within bounds. Where something touches, the speed of all is
-        // the upper one: friction follows from the force of contact, which it would leave open as the lower, and a
-        // guess that presses together what touches gains far more than that.
-        let (least, most) = match self.contact {
-            Some(_) => (moving.min(falling), moving.max(falling).max(along)),
-            None => (moving, f64::INFINITY),
-        };
-        let mut first_gain: Option<f64> = None;
+        let mass = self.mass.iter().sum();
+        let mut measure = Measure::of(&self.scene.shell, mass, &pace, self.contact.as_ref());
         self.fresh = true;
         let iterations = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
         for _ in 0..iterations {
@@ -299,16 +276,8 @@ impl Implicit {
             self.take_residual(h, damping, parallel);
             self.diagonal.clear();
             self.diagonal.extend(self.mass.iter().zip(&self.drag).map(|(mass, drag)| mass + h * drag));
-            // What carries the sheet along does work on it: the energy may rise, and the gain is no measure of what is left.
             let carried = self.contact.as_ref().is_some_and(Response::is_under_way);
-            let [relative, enough] = if carried {
-                [0.0, along]
-            } else {
-                let closer = if self.contact.is_some() { CLOSER_IN_CONTACT } else { CLOSER };
-                [linear, closer * newton * first_gain.unwrap_or(least)]
-            };
-            let enough = enough.max(0.01 * still);
-            let share = self.find_correction(h, [damping, relative, enough], halves, parallel, report);
+            let share = self.find_correction(h, damping, measure.linear(carried), halves, parallel, report);
             report.iterations[0] += 1;
             if self.lost && halves {
                 return false;
@@ -317,34 +286,14 @@ impl Implicit {
             let gain =
                 sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
             if !carried {
-                first_gain.get_or_insert(gain.clamp(least, most));
+                measure.take(gain);
             }
             let arrived = self.contact.as_ref().is_none_or(Response::has_arrived);
-            // A shorter step where the full one does not lower the energy as it should [Armijo1966].
-            let mut length = share;
-            let mut fell = false;
-            for _ in 0..HALVINGS {
-                for i in 0..self.speed.len() {
-                    self.candidate[i] = self.speed[i] + self.correction[i] * length;
-                }
-                let outer = self.energy(h, damping, parallel);
-                let touching =
-                    self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
-                let tried = outer + touching;
-                if carried || tried <= energy - 1e-4 * length * gain + 1e-13 * energy.abs() {
-                    // What touches next is yet to be found.
-                    energy = outer;
-                    fell = true;
-                    break;
-                }
-                length *= 0.5;
-            }
-            if !fell {
-                self.candidate.copy_from_slice(&self.speed);
-                energy = self.energy(h, damping, parallel);
-                if arrived {
-                    return gain <= still && !self.lost;
-                }
+            // What carries the sheet along does work on it, and the energy may rise.
+            let asked = if carried { None } else { Some(gain) };
+            let (length, fell) = self.search(h, damping, share, asked, &mut energy, parallel);
+            if !fell && arrived {
+                return measure.is_none(gain) && !self.lost;
             }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {
@@ -352,11 +301,43 @@ impl Implicit {
                 // What gets nowhere against the sheet waits until that has made way.
                 contact.wait(if carried { length < RELUCTANT } else { fell && length < 1.0 });
             }
-            if length == 1.0 && arrived && gain <= (newton * first_gain.unwrap_or(least)).max(still) {
+            if length == 1.0 && arrived && measure.is_enough(gain) {
                 return !self.lost;
             }
         }
         false
+    }
+
+    /// Looks along the correction, from a share of it on, for where the energy is as much lower as the gain asks for, if
+    /// any does [Armijo1966]. Returns the length and whether there is such a place; puts the candidate there, or back, and
+    /// `energy` to that without contact: what touches there is yet to be found.
+    fn search(
+        &mut self,
+        h: f64,
+        damping: f64,
+        share: f64,
+        gain: Option<f64>,
+        energy: &mut f64,
+        parallel: bool,
+    ) -> (f64, bool) {
+        let mut length = share;
+        for _ in 0..HALVINGS {
+            for i in 0..self.speed.len() {
+                self.candidate[i] = self.speed[i] + self.correction[i] * length;
+            }
+            let outer = self.energy(h, damping, parallel);
+            let touching =
+                self.contact.as_ref().map_or(0.0, |contact| contact.energy(&self.position, &self.candidate, h));
+            let falls = |gain| outer + touching <= *energy - 1e-4 * length * gain + 1e-13 * energy.abs();
+            if gain.is_none_or(falls) {
+                *energy = outer;
+                return (length, true);
+            }
+            length *= 0.5;
+        }
+        self.candidate.copy_from_slice(&self.speed);
+        *energy = self.energy(h, damping, parallel);
+        (length, false)
     }
 
     /// Takes the first guess back to where nothing has yet passed through anything.

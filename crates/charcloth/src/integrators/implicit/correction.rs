@@ -25,7 +25,8 @@ impl Implicit {
     pub(super) fn find_correction(
         &mut self,
         h: f64,
-        [damping, relative, energy]: [f64; 3],
+        damping: f64,
+        [relative, energy]: [f64; 2],
         halves: bool,
         parallel: bool,
         report: &mut Advanced,
