@@ -75,6 +75,16 @@ fn nothing_passes_through_and_bits_are_the_same_on_any_threads_and_after_a_resum
     assert_eq!(resumed.state().hash(), whole);
 }
 
+/// A level plate at a height, that looks up (1) or down (-1) and rises.
+fn plate(y: f64, normal: f64, speed: f64) -> Obstacle {
+    Obstacle {
+        position: [Length(0.0), Length(y), Length(0.0)],
+        normal: Some([0.0, normal, 0.0]),
+        velocity: [Speed(0.0), Speed(speed), Speed(0.0)],
+        ..Obstacle::default()
+    }
+}
+
 #[test]
 fn paper_that_is_pressed_between_plates_does_not_stretch() {
     let mut scene = sheet(Shape::Unstructured, 0.02, 0.1, 0.005);
@@ -89,12 +99,6 @@ fn paper_that_is_pressed_between_plates_does_not_stretch() {
     scene.contact.modulus = Modulus(2e4);
     scene.contact.thickness = Some(Length(4e-4));
     scene.time.step = Time(0.014);
-    let plate = |y: f64, normal: f64, speed: f64| Obstacle {
-        position: [Length(0.0), Length(y), Length(0.0)],
-        normal: Some([0.0, normal, 0.0]),
-        velocity: [Speed(0.0), Speed(speed), Speed(0.0)],
-        ..Obstacle::default()
-    };
     scene.obstacle = vec![plate(-0.052, 1.0, 0.0), plate(0.052, -1.0, -0.1)];
     let mut simulation = Simulation::build(&scene, &Inputs::default()).unwrap();
     (0..20).for_each(|_| simulation.advance_frame().unwrap());
@@ -110,12 +114,6 @@ fn a_sheet_that_cannot_give_way_holds_up_what_presses_on_it() {
     scene.sheet.pose = Pose::Lying;
     scene.mechanics.integrator = "implicit".to_owned();
     scene.time.step = Time(0.02);
-    let plate = |y: f64, normal: f64, speed: f64| Obstacle {
-        position: [Length(0.0), Length(y), Length(0.0)],
-        normal: Some([0.0, normal, 0.0]),
-        velocity: [Speed(0.0), Speed(speed), Speed(0.0)],
-        ..Obstacle::default()
-    };
     // The plates meet after 10 ms, and would be 6 mm past each other at the end.
     scene.obstacle = vec![plate(-5e-4, 1.0, 0.0), plate(5e-4, -1.0, -0.1)];
     let mut simulation = Simulation::build(&scene, &Inputs::default()).unwrap();

@@ -79,19 +79,14 @@ pub(super) enum Goal {
 impl Goal {
     /// Distance that is never gone below on the way to the impact, and how much above it is close enough [m].
     fn floor(self, distance: f64) -> (f64, f64) {
-        match self {
-            Self::Keep(separation) => {
-                let least = if distance > separation { separation } else { 0.5 * distance };
-                let left = LEFT * (distance - least).min(least.max(LEAST_GAP));
-                (least + left, LEFT * left)
-            }
-            Self::Approach(radius) => {
-                let least = kept(distance, radius);
-                let left = LEFT * (distance - least).min(least.max(LEAST_GAP));
-                (least + left, LEFT * left)
-            }
-            Self::Tell => (TOUCH, LEFT * TOUCH),
-        }
+        let least = match self {
+            Self::Keep(separation) if distance > separation => separation,
+            Self::Keep(_) => 0.5 * distance,
+            Self::Approach(radius) => kept(distance, radius),
+            Self::Tell => return (TOUCH, LEFT * TOUCH),
+        };
+        let left = LEFT * (distance - least).min(least.max(LEAST_GAP));
+        (least + left, LEFT * left)
     }
 }
 

@@ -170,7 +170,7 @@ impl Response {
     /// Begins a step of motion between two times [s]: the sheet is where it is, the scenery has its way to go, from where it
     /// was so much earlier [s].
     pub fn begin(&mut self, position: &[DVec3], [before, after]: [f64; 2], lag: f64) {
-        let Self { scenery, start, now, arrival, speed, plane, .. } = self;
+        let Self { scenery, start, arrival, speed, plane, .. } = self;
         start.clear();
         start.extend_from_slice(position);
         arrival.clear();
@@ -188,12 +188,11 @@ impl Response {
             let [from, to] = plane.way([before, after], lag);
             [from, to, (to - from) / (after - before)]
         }));
-        let still = speed.iter().all(|v| *v == DVec3::ZERO) && plane.iter().all(|p| p[2] == DVec3::ZERO);
-        self.progress = if still { 1.0 } else { 0.0 };
+        self.progress = if self.top_speed() == 0.0 { 1.0 } else { 0.0 };
         self.duration = after - before + lag;
         self.waits = false;
-        now.clear();
-        now.extend_from_slice(start);
+        self.now.clear();
+        self.now.extend_from_slice(&self.start);
         self.path.clear();
     }
 
@@ -208,7 +207,7 @@ impl Response {
     }
 
     /// Largest speed of the scenery in this step [m/s].
-    pub fn pace(&self) -> f64 {
+    pub fn top_speed(&self) -> f64 {
         let planes = self.plane.iter().map(|plane| plane[2]);
         self.speed.iter().copied().chain(planes).map(DVec3::length).fold(0.0, f64::max)
     }

@@ -23,7 +23,6 @@ use crate::scene::{Scene, ThermalForceLaw};
 use crate::sheet::SheetState;
 use crate::shell::Shell;
 use crate::solver::StepMatrix;
-use crate::solver::blocks::sum_by_rows;
 use crate::solver::conjugate_gradients::ConjugateGradients;
 use crate::solver::multigrid::Multigrid;
 use glam::DVec3;
@@ -264,8 +263,7 @@ impl Implicit {
         self.candidate.copy_from_slice(&self.speed);
         let damping = self.scene.shell.bending_damping.0;
         let mut energy = self.energy(h, damping, parallel);
-        let mass = self.mass.iter().sum();
-        let mut measure = Measure::of(&self.scene.shell, mass, &pace, self.contact.as_ref());
+        let mut measure = Measure::of(&self.scene.shell, &pace, self.contact.as_ref());
         self.fresh = true;
         let iterations = if self.contact.is_some() { NEWTON_IN_CONTACT } else { NEWTON };
         for _ in 0..iterations {
@@ -282,18 +280,16 @@ impl Implicit {
             if self.lost && halves {
                 return false;
             }
-            let Self { honest, correction, sums, .. } = self;
-            let gain =
-                sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
+            let gain = correction::gain(&self.honest, &self.correction, &mut self.sums, parallel);
             if !carried {
                 measure.take(gain);
             }
             let arrived = self.contact.as_ref().is_none_or(Response::has_arrived);
             // What carries the sheet along does work on it, and the energy may rise.
-            let asked = if carried { None } else { Some(gain) };
+            let asked = (!carried).then_some(gain);
             let (length, fell) = self.search(h, damping, share, asked, &mut energy, parallel);
             if !fell && arrived {
-                return measure.is_none(gain) && !self.lost;
+                return measure.is_still(gain) && !self.lost;
             }
             self.speed.copy_from_slice(&self.candidate);
             if let Some(contact) = &mut self.contact {

@@ -6,6 +6,7 @@ use super::Implicit;
 use crate::solver::blocks::sum_by_rows;
 use crate::solver::conjugate_gradients::Tolerance;
 use crate::solver::multigrid::CAUTION;
+use glam::DVec3;
 
 /// How many times the correction of an iteration is solved for again to mind what it would meet: past the second time only
 /// while less than a share of it can be made.
@@ -18,6 +19,11 @@ const LINEAR: usize = 300;
 const LINEAR_MORE: usize = 100;
 /// Factor on estimated eigenvalues past which the solver gives up.
 const MOST_CAUTION: f32 = 10.0;
+
+/// Energy that a correction gains, by the slope [J]; `sums` is to work with.
+pub(super) fn gain(slope: &[DVec3], correction: &[DVec3], sums: &mut Vec<f64>, parallel: bool) -> f64 {
+    sum_by_rows(slope.len(), parallel, sums, |part| part.map(|i| slope[i].dot(correction[i])).sum())
+}
 
 impl Implicit {
     /// Finds the correction of an iteration, and the share of it that may be made: solved for again where it would
@@ -50,9 +56,7 @@ impl Implicit {
             }
             let Some(contact) = &mut self.contact else { return 1.0 };
             if round == 0 {
-                let Self { honest, correction, sums, .. } = self;
-                let gain =
-                    sum_by_rows(honest.len(), parallel, sums, |part| part.map(|i| honest[i].dot(correction[i])).sum());
+                let gain = gain(&self.honest, &self.correction, &mut self.sums, parallel);
                 // Later rounds begin with the last correction: what counts is the error against nothing at all.
                 tolerance = Tolerance { relative: 0.0, energy: energy.max(relative * relative * gain), ..tolerance };
             }

@@ -15,8 +15,10 @@ const CLOSER_IN_CONTACT: f64 = 0.02;
 /// Speed that is as good as none [m/s]: a Newton iteration that gains less energy than its square ends the step.
 const STILL: f64 = 1e-5;
 
-/// What the sheet has of energy by its speed, and would have by that which gravity gives it in the step [J].
+/// The sheet's mass [kg], and what it has of energy by its speed, and would have by that which gravity gives it in the step
+/// [J].
 pub(super) struct Pace {
+    mass: f64,
     pub moving: f64,
     pub falling: f64,
 }
@@ -44,17 +46,19 @@ impl Implicit {
         let moving = sum_by_rows(self.mass.len(), parallel, &mut self.sums, |part| {
             part.map(|i| self.mass[i] * self.speed[i].length_squared()).sum()
         });
-        let falling = (self.scene.gravity.0 * h).powi(2) * self.mass.iter().sum::<f64>();
-        Pace { moving: 0.5 * moving, falling: 0.5 * falling }
+        let mass = self.mass.iter().sum();
+        let falling = (self.scene.gravity.0 * h).powi(2) * mass;
+        Pace { mass, moving: 0.5 * moving, falling: 0.5 * falling }
     }
 }
 
 impl Measure {
-    pub fn of(shell: &scene::Shell, mass: f64, Pace { moving, falling }: &Pace, contact: Option<&Response>) -> Self {
-        let along = 0.5 * mass * contact.map_or(0.0, Response::pace).powi(2);
+    pub fn of(shell: &scene::Shell, pace: &Pace, contact: Option<&Response>) -> Self {
+        let Pace { mass, moving, falling } = *pace;
+        let along = 0.5 * mass * contact.map_or(0.0, Response::top_speed).powi(2);
         let (least, most, closer) = match contact {
-            Some(_) => (moving.min(*falling), moving.max(*falling).max(along), CLOSER_IN_CONTACT),
-            None => (*moving, f64::INFINITY, CLOSER),
+            Some(_) => (moving.min(falling), moving.max(falling).max(along), CLOSER_IN_CONTACT),
+            None => (moving, f64::INFINITY, CLOSER),
         };
         let [newton, linear] = [shell.newton_tolerance.0, shell.linear_tolerance.0];
         Self { newton, linear, closer, still: 0.5 * STILL * STILL * mass, along, least, most, first: None }
@@ -82,7 +86,7 @@ impl Measure {
     }
 
     /// Whether a gain [J] is as good as none.
-    pub fn is_none(&self, gain: f64) -> bool {
+    pub fn is_still(&self, gain: f64) -> bool {
         gain <= self.still
     }
 }
